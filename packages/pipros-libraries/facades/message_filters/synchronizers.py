@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from operator import attrgetter
 from threading import RLock
 from typing import Any
 
 import rospy
 from message_filters.simple_filter import SimpleFilter, stamp_of
 from pipros_libraries.filters.synchronizer import ApproximateSynchronizer, ExactSynchronizer, Queue
+
+
+def _kept(name: str, doc: str) -> Any:
+    """Return an attribute that the matcher keeps as `name`, and which subclasses may replace."""
+    read = attrgetter(f"_matcher.{name}")
+    return property(read, lambda filter_, value: setattr(filter_._matcher, name, value), doc=doc)
 
 
 class TimeSynchronizer(SimpleFilter):
@@ -31,31 +38,12 @@ class TimeSynchronizer(SimpleFilter):
         self.connectInput(fs)
 
     def _new_matcher(self, inputs: int, queue_size: int, reset: bool) -> ExactSynchronizer:
-        return ExactSynchronizer(inputs, queue_size, reset)
+        return ExactSynchronizer(inputs, queue_size, reset, rospy.Time(0))
 
-    @property
-    def queues(self) -> list[Queue]:
-        """The queue of each input, which maps timestamps in nanoseconds to messages."""
-        queues: list[Queue] = self._matcher.queues
-        return queues
-
-    @property
-    def queue_size(self) -> int:
-        """Maximum number of waiting messages of each input."""
-        return int(self._matcher.queue_size)
-
-    @queue_size.setter
-    def queue_size(self, value: int) -> None:
-        self._matcher.queue_size = value
-
-    @property
-    def enable_reset(self) -> bool:
-        """Whether the queues are cleared if simulated time jumps back."""
-        return bool(self._matcher.reset)
-
-    @enable_reset.setter
-    def enable_reset(self, value: bool) -> None:
-        self._matcher.reset = value
+    queues: list[Queue] = _kept("queues", "The queue of each input: messages by timestamp in nanoseconds.")
+    queue_size: int = _kept("queue_size", "Maximum number of waiting messages of each input.")
+    enable_reset: bool = _kept("reset", "Whether the queues are cleared if simulated time jumps back.")
+    latest_stamps: list[rospy.Time] = _kept("times", "If so, when the last message of each input arrived.")
 
     def connectInput(self, fs: Sequence[SimpleFilter]) -> None:
         """Connect new input filters. Waiting messages are dropped."""
@@ -74,11 +62,11 @@ class TimeSynchronizer(SimpleFilter):
             for complete in self._matcher.add(msg, stamp, my_queue, my_queue_index, now):
                 self.signalMessage(*complete)
 
-    def _simulated_now(self) -> int | None:
-        """Return the simulated time in nanoseconds, or None if `reset` is false or time is not simulated."""
+    def _simulated_now(self) -> rospy.Time | None:
+        """Return the simulated time, or None if `reset` is false or time is not simulated."""
         if not self._matcher.reset or rospy.rostime.is_wallclock():
             return None
-        return rospy.Time.now().to_nsec()
+        return rospy.Time.now()
 
 
 class ApproximateTimeSynchronizer(TimeSynchronizer):
@@ -97,6 +85,8 @@ class ApproximateTimeSynchronizer(TimeSynchronizer):
         reset: whether to clear an input's queue if simulated time has jumped back since its last message.
     """
 
+    last_added: rospy.Time = _kept("newest_time", "When the last message arrived.")
+
     def __init__(
         self,
         fs: Sequence[SimpleFilter],
@@ -110,7 +100,7 @@ class ApproximateTimeSynchronizer(TimeSynchronizer):
         super().__init__(fs, queue_size, reset)
 
     def _new_matcher(self, inputs: int, queue_size: int, reset: bool) -> ExactSynchronizer:
-        return ApproximateSynchronizer(inputs, queue_size, self.slop.to_nsec(), reset)
+        return ApproximateSynchronizer(inputs, queue_size, self.slop.to_nsec(), reset, rospy.Time(0))
 
     def add(self, msg: Any, my_queue: Queue, my_queue_index: int | None = None) -> None:
         """Add a message from the input with the given queue and index."""
@@ -120,7 +110,7 @@ class ApproximateTimeSynchronizer(TimeSynchronizer):
         stamp: int = stamp_as_time.to_nsec()
         with self.lock:
             matcher = self._matcher
-            now: int = rospy.Time.now().to_nsec()
+            now = rospy.Time.now()
             simulated_now = now if matcher.reset and not rospy.rostime.is_wallclock() else None
             if matcher.went_back(now, simulated_now, my_queue_index):
                 rospy.loginfo(

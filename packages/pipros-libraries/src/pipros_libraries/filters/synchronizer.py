@@ -21,14 +21,15 @@ Queue = dict[int, Any]
 class ExactSynchronizer:
     """Matches messages with equal timestamps."""
 
-    def __init__(self, inputs: int, queue_size: int, reset: bool = False) -> None:
+    def __init__(self, inputs: int, queue_size: int, reset: bool = False, start: Any = 0) -> None:
+        """Store the arguments. `start` is the time 0, in the type of the times that are passed as now."""
         self.queues: list[Queue] = [{} for _ in range(inputs)]
         self.queue_size = queue_size
         self.reset = reset
-        self._times = [0] * inputs  # simulated time when the last message from each input arrived
+        self.times = [start] * inputs  # simulated time when the last message from each input arrived
 
     def add(
-        self, message: Any, stamp: int, queue: Queue, index: int | None, simulated_now: int | None
+        self, message: Any, stamp: int, queue: Queue, index: int | None, simulated_now: Any
     ) -> Iterable[Sequence[Any]]:
         """Add a message from the input that `queue` belongs to. Return the sets that are now complete.
 
@@ -51,7 +52,7 @@ class ExactSynchronizer:
             stamps = [stamp]
         return [[other.pop(complete) for other in self.queues] for complete in stamps]
 
-    def _is_behind(self, queue: Queue, simulated_now: int | None, index: int | None) -> bool:
+    def _is_behind(self, queue: Queue, simulated_now: Any, index: int | None) -> bool:
         """Return whether an input last received a message at a later simulated time.
 
         If simulated time has jumped back since the last message of this input, its queue is cleared. If
@@ -60,10 +61,10 @@ class ExactSynchronizer:
         if simulated_now is None or not self.reset:
             return False
         if index is not None:
-            if simulated_now < self._times[index]:
+            if simulated_now < self.times[index]:
                 queue.clear()
-            self._times[index] = simulated_now
-        return max(self._times) != simulated_now
+            self.times[index] = simulated_now
+        return bool(max(self.times) != simulated_now)
 
 
 class ApproximateSynchronizer(ExactSynchronizer):
@@ -73,26 +74,26 @@ class ApproximateSynchronizer(ExactSynchronizer):
     Earlier inputs take precedence.
     """
 
-    def __init__(self, inputs: int, queue_size: int, slop: int, reset: bool = False) -> None:
-        super().__init__(inputs, queue_size, reset)
+    def __init__(self, inputs: int, queue_size: int, slop: int, reset: bool = False, start: Any = 0) -> None:
+        super().__init__(inputs, queue_size, reset, start)
         self.slop = slop
-        self._newest_time = 0
+        self.newest_time = start
 
-    def went_back(self, now: int, simulated_now: int | None, index: int | None) -> bool:
+    def went_back(self, now: Any, simulated_now: Any, index: int | None) -> bool:
         """Return whether the clock, simulated or real, has jumped back since the last message.
 
         If so, all queues are cleared, and the caller must drop the new message, as in Noetic.
         """
-        is_before, self._newest_time = now < self._newest_time, now
+        is_before, self.newest_time = now < self.newest_time, now
         if is_before:
             if simulated_now is not None and index is not None:
-                self._times[index] = simulated_now
+                self.times[index] = simulated_now
             for queue in self.queues:
                 queue.clear()
-        return is_before
+        return bool(is_before)
 
     def add(
-        self, message: Any, stamp: int, queue: Queue, index: int | None, simulated_now: int | None
+        self, message: Any, stamp: int, queue: Queue, index: int | None, simulated_now: Any
     ) -> Iterable[Sequence[Any]]:
         """Like the base class's method, but with approximately equal timestamps.
 

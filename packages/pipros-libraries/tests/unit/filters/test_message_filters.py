@@ -227,3 +227,22 @@ def test_a_sequencer_starts_again_if_the_time_moves_back() -> None:
     assert (sequencer.due(95), sequencer.due(1)) == ([90], [])
     sequencer.add(2, 2)
     assert sequencer.due(10) == [2]
+
+
+def test_a_subclass_keeps_queues_and_times_of_its_own() -> None:
+    class Stamps(message_filters.ApproximateTimeSynchronizer):
+        def connectInput(self, fs: Any) -> None:  # noqa: N802
+            self.queues = [{} for _ in fs]
+            self.latest_stamps = [rospy.Time(0) for _ in fs]
+            self.input_connections = [each.registerCallback(self.add, i) for i, each in enumerate(fs)]
+
+        def add(self, msg: Any, index: int) -> None:
+            self.queues[index][msg], self.latest_stamps[index] = msg, rospy.Time(msg)
+            self.signalMessage(self.last_added, *self.latest_stamps)
+
+    inputs = [message_filters.SimpleFilter() for _ in range(2)]
+    got: list[Any] = []
+    both = Stamps(inputs, 5, 0.1)
+    both.registerCallback(lambda *times: got.append(times))
+    inputs[1].signalMessage(7)
+    assert (got, both.queues) == ([(rospy.Time(0), rospy.Time(0), rospy.Time(7))], [{}, {7: 7}])
