@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pipros.basics.errors import NotFound
 from pipros_tools.launch.load_context import LoadContext
 from pipros_tools.launch.param_types import convert
 from pipros_tools.launch.substitute import Substitution, SubstitutionError, UnsetArgument, anonymous_name
@@ -47,7 +48,8 @@ def resolve_args(
         filename: the file that contains the text, for `$(dirname)`.
 
     Raises:
-        SubstitutionException, ExpressionError, NotFound: the text is malformed, or a name in it is unknown.
+        SubstitutionException, ExpressionError: the text is malformed, or a name in it is unknown.
+        rospkg.ResourceNotFound: a package does not exist.
     """
     _ = resolve_anon
     if not arg_str:
@@ -64,7 +66,12 @@ def resolve_args(
     )
     if isinstance(context, dict):
         context.setdefault("anon", substitution.anonymous)
-    return substitution.resolve(arg_str)
+    try:
+        return substitution.resolve(arg_str)
+    except NotFound as error:
+        from rospkg import ResourceNotFound  # this module is slow to import and rarely needed
+
+        raise ResourceNotFound(str(error)) from error
 
 
 def _packages() -> PackageIndex | None:

@@ -116,6 +116,7 @@ launch.stop()
     ),
     "launch files can be read and texts resolved": (
         """
+import rospkg
 config = roslaunch.ROSLaunchConfig()
 text = '<launch><param name="p" value="7"/><node pkg="a" type="b" name="c"/></launch>'
 roslaunch.XmlLoader().load_string(text, config)
@@ -126,8 +127,12 @@ except roslaunch.RLException:
     print("> refused")
 context = {"arg": {"x": "1"}}
 print(">", roslaunch.substitution_args.resolve_args("$(arg x)-$(anon a)", context)[:3], list(context["anon"]))
+try:
+    roslaunch.substitution_args.resolve_args("$(find absent)")
+except rospkg.ResourceNotFound:
+    print("> absent")
 """,
-        ["> 7 ['/c'] a", "> refused", "> 1-a ['a']"],
+        ["> 7 ['/c'] a", "> refused", "> 1-a ['a']", "> absent"],
     ),
 }
 
