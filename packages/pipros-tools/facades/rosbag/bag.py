@@ -14,7 +14,7 @@ from typing import Any
 
 from pipros.basics.input_file import open_file as _open_file
 from pipros.basics.lazy_names import star_names as _star_names
-from pipros.basics.planted import refuse_planted as _refuse_planted
+from pipros.basics.planted import open_unplanted as _open_unplanted
 from pipros.msg.time import NS_PER_S as _NS_PER_S
 from pipros.msg.time import Time as _Time
 from pipros_tools.bag import compression as _compression
@@ -37,8 +37,8 @@ from rospy.rostime import Time
 
 _OPENERS: dict[str, Callable[[Any], Any]] = {
     "r": _open_file,
-    "w": _partial(open, mode="w+b"),
-    "a": _partial(open, mode="r+b"),
+    "w": _partial(open, mode="w+b", opener=_open_unplanted),
+    "a": _partial(open, mode="r+b", opener=_open_unplanted),
 }
 
 __all__ = [
@@ -136,8 +136,6 @@ class Bag(IndexAccess):
             self._filename = os.fspath(f)
             if self._mode == "a" and not os.path.exists(f):
                 raise ROSBagException("empty file")
-            if self._mode != "r":
-                _refuse_planted(f)
             self._file = _OPENERS[self._mode](f)
         else:
             self._file = f

@@ -45,6 +45,12 @@ def refuse_planted(path: str | os.PathLike[str]) -> None:
         folder = place
 
 
+def open_unplanted(path: str, flags: int) -> int:
+    """Open a file to write, for `opener` of `open`; see `refuse_planted`."""
+    refuse_planted(path)
+    return os.open(path, flags, 0o666)
+
+
 def _check_owner(status: os.stat_result, place: str, folder: str, named: str) -> None:
     above = os.stat(folder or ".")
     if above.st_mode & S_IWOTH and status.st_uid not in (user_id(), above.st_uid, _ROOT):
