@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
 from pipros.basics.errors import ProtocolError
 from pipros.net.connection_table import WHOLE_REQUEST_S, ConnectionTable
 from pipros.net.held_bytes import HeldBytes
+from pipros.net.loop_turns import LoopTurns
 from pipros.net.refusals import Refusals
 from pipros.net.rpc_state import BUSY, FINAL, RpcEvent, RpcState, Step, after, next_step
 from pipros.net.this_machine import ThisMachineCaller
@@ -61,6 +62,7 @@ class Answerer(Protocol):
     connections: ConnectionTable
     bodies: HeldBytes
     refusals: Refusals
+    turns: LoopTurns
     on_lost: Callable[[ThisMachineCaller], object] | None
 
     @property
@@ -85,8 +87,7 @@ class RpcConnection(asyncio.Protocol):
         self._reader = RequestReader(body_limit=server.limits.body_bytes)
         self._transport: asyncio.Transport | None = None
         self._state = RpcState.READING
-        # the task or turn that the current state waits for
-        self._pending: asyncio.Task[None] | asyncio.Handle | None = None
+        self._pending: asyncio.Task[None] | asyncio.Handle | None = None  # that the state waits for
         self._drain_bytes_left = _DRAIN_LIMIT_BYTES
         self._unsent = memoryview(b"")
         self._needs_bytes = False  # whether the reader needs more bytes to complete a request
@@ -171,9 +172,9 @@ class RpcConnection(asyncio.Protocol):
         self._continue()
 
     def _take_queued_turn(self) -> None:
-        self._pending = None
-        self._note(RpcEvent.TURN_BEGAN)
-        self._take_turn()
+        if self._state is RpcState.QUEUED:
+            self._note(RpcEvent.TURN_BEGAN)
+            self._take_turn()
 
     def _continue(self) -> None:
         """Take the next step, unless the connection is busy."""
@@ -189,7 +190,7 @@ class RpcConnection(asyncio.Protocol):
             if step is Step.READ:
                 self._transport.resume_reading()
             elif step is Step.QUEUE_TURN:
-                self._pending = self._loop.call_soon(self._take_queued_turn)
+                self._server.turns.put(self.peer, self._take_queued_turn)
                 self._note(RpcEvent.TURN_QUEUED)
             else:
                 self._close_gracefully()

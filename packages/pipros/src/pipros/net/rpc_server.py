@@ -23,6 +23,7 @@ from pipros.basics.ports import PortRange
 from pipros.net.address import LOOPBACK
 from pipros.net.connection_table import ConnectionTable
 from pipros.net.held_bytes import BODIES_BYTES, HeldBytes
+from pipros.net.loop_turns import TURN_S, LoopTurns
 from pipros.net.refusals import Refusals
 from pipros.net.rpc_connection import LARGE_ANSWER, RpcConnection, UnknownMethod, fault_text
 from pipros.net.sockets import connections_that_fit, listen_all
@@ -53,8 +54,6 @@ current_caller: ContextVar[ThisMachineCaller] = ContextVar("current_caller", def
 
 _BACKLOG: Final = 1024
 _ACCEPTED_AT_A_TIME: Final = 4
-_TURN_S: Final = 0.001
-"""How long a multicall may run before it yields to the loop."""
 
 
 class RpcServer:
@@ -146,6 +145,7 @@ class RpcServer:
         """
         self._is_stopped = False
         loop = asyncio.get_running_loop()
+        self.turns = LoopTurns(loop)
         for listener in listen_all(self._hosts, self._port or self._wanted_port):
             self._port = listener.getsockname()[1]
             server = await loop.create_server(
@@ -238,7 +238,7 @@ class RpcServer:
         caller = current_caller.get()
         answers: list[Any] = []
         bytes_left = MULTICALL_ANSWER_BYTES
-        turn_ends = loop.time() + _TURN_S
+        turn_ends = loop.time() + TURN_S
         calls = calls if type(calls) is list else list(calls)
         calls.reverse()
         while calls:
@@ -258,7 +258,7 @@ class RpcServer:
                 answers.append({"faultCode": 1, "faultString": fault_text(error)})
             if loop.time() > turn_ends:  # yield to other connections
                 await asyncio.sleep(0)
-                turn_ends = loop.time() + _TURN_S
+                turn_ends = loop.time() + TURN_S
         return answers
 
     async def _encode(self, value: Any) -> Encoded:

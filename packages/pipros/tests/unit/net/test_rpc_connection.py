@@ -12,6 +12,7 @@ import pytest
 from pipros.basics.limits import Limits
 from pipros.net.connection_table import WHOLE_REQUEST_S, ConnectionTable
 from pipros.net.held_bytes import HeldBytes
+from pipros.net.loop_turns import TURN_S, LoopTurns
 from pipros.net.refusals import Refusals
 from pipros.net.rpc_connection import RpcConnection
 from pipros.net.rpc_state import BUSY, FINAL, RpcEvent, RpcState, Step, after, next_step
@@ -98,9 +99,10 @@ class Transport(asyncio.Transport):
 
 
 class Server:
-    """A server that answers every method at once."""
+    """A server that answers every method at once, within a millisecond."""
 
-    def __init__(self) -> None:
+    def __init__(self, loop: Loop) -> None:
+        self.loop, self.turns = loop, LoopTurns(loop)  # type: ignore[arg-type]
         self.limits = Limits()
         self.refusals = Refusals()
         self.connections = ConnectionTable(limit=10, limit_per_peer=10, refusals=self.refusals)
@@ -118,14 +120,16 @@ class Server:
 
     def call(self, name: str, params: tuple[Any, ...], *, caller: ThisMachineCaller) -> Any:
         del params, caller
+        self.loop.now += TURN_S
         return [1, name, 4711]
 
 
 class Peer:
     """A connection with its loop, server and transport."""
 
-    def __init__(self) -> None:
-        self.loop, self.server, self.transport = Loop(), Server(), Transport()
+    def __init__(self, server: Server | None = None) -> None:
+        self.server, self.transport = server or Server(Loop()), Transport()
+        self.loop = self.server.loop
         self.connection = RpcConnection(self.server, self.loop)
 
     def connect(self) -> None:
@@ -154,12 +158,19 @@ def test_a_quick_call_is_answered_in_the_read_callback(peer: Peer) -> None:
     assert peer.loop.turn() == 0
 
 
-def test_each_pipelined_call_has_its_own_turn(peer: Peer) -> None:
-    peer.send(CALL * 3)
-    answered = [peer.transport.answers]
+def test_pipelined_calls_of_all_connections_take_a_millisecond_of_a_turn(peer: Peer) -> None:
+    peers = [peer, Peer(peer.server), Peer(peer.server)]
+    for each in peers[1:]:
+        each.connect()
+    for each in peers:
+        each.send(CALL * 3)
+    answered = [sum(each.transport.answers for each in peers)]
+    peers[1].connection.abort()
+    peers[1].connection.connection_lost(None)
     while peer.loop.turn():
-        answered.append(peer.transport.answers)
-    assert answered == [1, 2, 3]
+        answered.append(sum(each.transport.answers for each in peers))
+    assert answered == [3, 4, 5, 6, 7]
+    peers[2].connection.connection_lost(None)
 
 
 def test_a_call_in_pieces_is_answered_when_it_is_whole(peer: Peer) -> None:
