@@ -3,6 +3,7 @@
 import json
 import re
 import sys
+from itertools import product
 from pathlib import Path
 
 import pytest
@@ -33,6 +34,14 @@ message.layout.data_offset = 12345678
 out.publish(message)
 rospy.spin()
 """
+NOTE_LABELS = """() => {
+  const draw = CanvasRenderingContext2D.prototype.fillText;
+  window.labels = [];
+  CanvasRenderingContext2D.prototype.fillText = function note(text, ...more) {
+    window.labels.push(text);
+    draw.call(this, text, ...more);
+  };
+}"""
 LOG = """
 import rospy
 rospy.init_node("logger")
@@ -64,6 +73,41 @@ def test_a_long_value_leaves_room_for_its_key(ros: RosSystem, open_tab: OpenTab)
     assert lines[1] < 100
     assert tab.locator("aside").evaluate("(side) => side.scrollWidth <= side.clientWidth")
     keep_screenshots(tab, "long-keys")
+
+
+LONG_NAMES = """
+import math, rospy, tf2_ros
+from geometry_msgs.msg import TransformStamped
+from std_msgs.msg import Float64
+rospy.init_node("n" * 200)
+found = TransformStamped(child_frame_id="<b>" * 50)
+found.header.frame_id, found.transform.rotation.w = "f" * 150, 1
+tf2_ros.StaticTransformBroadcaster().sendTransform([found])
+out = rospy.Publisher("/huge", Float64, queue_size=1)
+for count in range(10**6):
+    out.publish((1.7e308, -1.7e308, 1)[count % 3])
+    rospy.sleep(0.1)
+"""
+
+
+def test_long_names_push_no_column_out_of_a_table(ros: RosSystem, open_tab: OpenTab) -> None:
+    ros.pipros.start_master()
+    ros.pipros.start(sys.executable, "-c", LONG_NAMES)
+    ros.wait_for_publisher("/tf_static")
+    page = Page(ros)
+    for size, place in product(((1280, 800), (800, 700)), ("nodes", "tf", "topics")):
+        tab = open_tab(page, place, size)
+        tab.locator("tbody td", has_text=re.compile("n{20}|huge")).first.wait_for()
+        assert tab.locator(".scroll:has(table)").evaluate("(all) => all.scrollWidth <= all.clientWidth")
+
+
+def test_values_whose_difference_is_infinite_have_an_axis(ros: RosSystem, open_tab: OpenTab) -> None:
+    ros.pipros.start_master()
+    ros.pipros.start(sys.executable, "-c", LONG_NAMES)
+    ros.wait_for_publisher("/huge")
+    tab = open_tab(Page(ros), "plot/%2Fhuge%2Fdata")
+    tab.evaluate(NOTE_LABELS)
+    wait_until(lambda: {"0", "8e+307"} <= set(tab.evaluate("window.labels")), 30)
 
 
 def test_a_large_latched_message_has_its_size(ros: RosSystem, open_tab: OpenTab) -> None:

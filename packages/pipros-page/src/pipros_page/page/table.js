@@ -62,7 +62,7 @@ export function dataTable(columns, options) {
   }
 
   function create(key) {
-    const cells = columns.map(({ kind = "" }) => h("td", { class: kind }));
+    const cells = columns.map(({ kind = "name" }) => h("td", { class: kind }));
     const choosing = onChoose ? { tabindex: -1, "aria-selected": String(key === chosen), onclick: () => choose(key) } : {};
     const made = { element: h("tr", { "data-name": key, ...choosing }, cells), cells };
     shown.set(key, made);

@@ -32,6 +32,7 @@ test("the labels of an axis differ, also for tiny values and small steps", () =>
   assert.deepEqual(axisLabels([1000.05, 1000.1], 0.05), ["1000.05", "1000.1"]);
   assert.deepEqual(axisLabels([0, 0.1, 0.30000000000000004], 0.1), ["0", "0.1", "0.3"]);
   assert.deepEqual(axisLabels([-20000, 0], 20000), ["-20000", "0"]);
+  assert.deepEqual(axisLabels([3 * 2e307, 1.75e308, -7e291], 2.5e307), ["6e+307", "1.75e+308", "0"]);
 });
 
 test("samples older than the newest are dropped, and old ones make room", () => {

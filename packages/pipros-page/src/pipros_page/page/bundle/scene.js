@@ -700,28 +700,29 @@ this.add("Yaw",-t*.005),this.set("Pitch",Math.min(Ts,Math.max(-Ts,this.get("Pitc
 return 0}get sign(){return this.get("Invert Z Axis")?-1:1}focus(){let[t,e,s]=this.get("Focal Point"),[i,n]=[Math.cos(this.turn),Math.sin(this.turn)];return new rt.Vector3(
 this.origin[0]+i*t-n*e,this.origin[1]+n*t+i*e,this.origin[2]+s)}aim(t,e){let[s,i,n]=[Math.max(.01,this.get("Distance")),this.get("Yaw")+this.turn,this.get("Pitc\
 h")],r=this.focus(),{sign:o}=this,c=new rt.Vector3(Math.cos(i)*Math.cos(n),o*Math.sin(i)*Math.cos(n),o*Math.sin(n));this.camera.up.set(0,0,this.sign),this.camera.
-fov=this.get("Field of View")*180/Math.PI,this.camera.aspect=t/e,this.camera.position.copy(r).addScaledVector(c,s),this.camera.lookAt(r),this.raise(s),this.camera.
-updateProjectionMatrix()}raise(t){}showFocus(){let{scene:t}=this;t.focus??=new rt.Mesh(At,z([255,255,0],.5));let e=this.get("Focal Shape Size")*(this.get("Focal\
- Shape Fixed Size")?1:this.get("Distance"));t.focus.scale.set(e||1e-6,e||1e-6,e/5||1e-6),t.focus.position.copy(this.focus()),t.world.add(t.focus),clearTimeout(t.
-hidingFocus),t.hidingFocus=setTimeout(()=>{t.world.remove(t.focus),t.invalidate()},Cc)}pan(t,e,s,i){let n=this.metres(i,this.get("Distance"));this.shift(new rt.Vector3(
--t*n,e*n,0).applyQuaternion(this.camera.quaternion))}shift(t){t.applyAxisAngle(new rt.Vector3(0,0,1),-this.turn);let[e,s,i]=this.get("Focal Point");this.set("Fo\
-cal Point",[e+t.x,s+t.y,i+t.z].map(n=>Number(n.toPrecision(9))))}zoom(t){this.set("Distance",Math.max(.001,this.get("Distance")-t*this.get("Distance")))}dolly(t){
-this.shift(new rt.Vector3(0,0,-t).applyQuaternion(this.camera.quaternion))}lookAt(t){let[e,s,i]=[t.x-this.origin[0],t.y-this.origin[1],t.z-this.origin[2]],[n,r]=[
-Math.cos(-this.turn),Math.sin(-this.turn)],o=this.camera.position.clone();this.set("Focal Point",[n*e-r*s,r*e+n*s,i]);let c=o.sub(this.focus()),l=Math.max(.01,c.
-length());this.set("Distance",l),this.set("Pitch",Math.min(Ts,Math.max(-Ts,Math.asin(this.sign*c.z/l)))),this.set("Yaw",Math.atan2(this.sign*c.y,c.x)-this.turn)}home(){
-for(let[t,e]of[["Distance",10],["Yaw",.785398],["Pitch",.785398],["Focal Point",[0,0,0]]])this.set(t,e)}},Ss=class extends As{raise(t){let e=new rt.Vector3(0,1,
-0).applyQuaternion(this.camera.quaternion);this.camera.position.addScaledVector(e,.2*t)}shift(t){t.z=0,t.length()>1&&t.setLength(1),super.shift(t)}},Wi=class extends Ss{get turn(){
-return Dn(this.origin)}},Xi=class extends He{constructor(t,e){super(t,e),this.camera=new rt.OrthographicCamera,this.camera.rotation.order="ZYX"}aim(t,e){let s=Math.
-max(1e-6,this.get("Scale")),[i,n]=[t/2/s,e/2/s];Object.assign(this.camera,{left:-i,right:i,top:n,bottom:-n}),this.camera.position.set(this.origin[0]+this.get("X"),
-this.origin[1]+this.get("Y"),500),this.camera.rotation.set(0,0,this.get("Angle")),this.camera.updateProjectionMatrix()}metres(){return 1/this.get("Scale")}rotate(t){
-this.add("Angle",-t*.005)}pan(t,e){let[s,i]=[this.get("Scale"),this.get("Angle")],[n,r]=[-t/s,e/s];this.add("X",Math.cos(i)*n-Math.sin(i)*r),this.add("Y",Math.sin(
-i)*n+Math.cos(i)*r)}zoom(t){this.set("Scale",Math.max(.001,this.get("Scale")*(1+t)))}dolly(){}lookAt(t){this.set("X",t.x-this.origin[0]),this.set("Y",t.y-this.origin[1])}home(){
-for(let[t,e]of[["Scale",10],["Angle",0],["X",0],["Y",0]])this.set(t,e)}},Yi=class extends He{aim(t,e){let[s,i,n]=this.get("Position"),[r,o]=[this.get("Yaw"),this.
-get("Pitch")];this.camera.fov=45,this.camera.aspect=t/e,this.camera.position.set(this.origin[0]+s,this.origin[1]+i,this.origin[2]+n);let c=new rt.Vector3(Math.cos(
-r)*Math.cos(o),Math.sin(r)*Math.cos(o),-Math.sin(o));this.camera.lookAt(c.add(this.camera.position)),this.camera.rotateZ(-this.get("Roll")),this.camera.updateProjectionMatrix()}pan(t,e){
-this.shift(new rt.Vector3(t*.01,-e*.01,0))}zoom(t){this.dolly(t*10)}dolly(t){this.shift(new rt.Vector3(0,0,-t))}shift(t){t.applyQuaternion(this.camera.quaternion);
-let[e,s,i]=this.get("Position");this.set("Position",[e+t.x,s+t.y,i+t.z])}lookAt(t){let e=new rt.Vector3().subVectors(t,this.camera.position);this.set("Yaw",Math.
-atan2(e.y,e.x)),this.set("Pitch",Math.atan2(-e.z,Math.hypot(e.x,e.y)))}home(){for(let[t,e]of[["Position",[0,0,0]],["Yaw",0],["Pitch",0]])this.set(t,e)}};import*as Pr from"three";var Ms=a=>we[a]?.find(t=>t[1]==="topic");function ks(a){let t=Ms(a.config.Class??"");return a.isOn&&t?a.scene.topicName(a.get(t[0])):""}var _c=10000000000n,Lc=20,Lr=1e3,Qi=5,Ir=["ok","warning","error"],Y=class{constructor(t,e,s){this.scene=t,this.config=s,this.properties=new Tt(e,s),this.root=new Pr.Group,
+fov=Math.min(179,Math.max(.1,this.get("Field of View")*180/Math.PI)),this.camera.aspect=t/e,this.camera.position.copy(r).addScaledVector(c,s),this.camera.lookAt(
+r),this.raise(s),this.camera.updateProjectionMatrix()}raise(t){}showFocus(){let{scene:t}=this;t.focus??=new rt.Mesh(At,z([255,255,0],.5));let e=this.get("Focal \
+Shape Size")*(this.get("Focal Shape Fixed Size")?1:this.get("Distance"));t.focus.scale.set(e||1e-6,e||1e-6,e/5||1e-6),t.focus.position.copy(this.focus()),t.world.
+add(t.focus),clearTimeout(t.hidingFocus),t.hidingFocus=setTimeout(()=>{t.world.remove(t.focus),t.invalidate()},Cc)}pan(t,e,s,i){let n=this.metres(i,this.get("Di\
+stance"));this.shift(new rt.Vector3(-t*n,e*n,0).applyQuaternion(this.camera.quaternion))}shift(t){t.applyAxisAngle(new rt.Vector3(0,0,1),-this.turn);let[e,s,i]=this.
+get("Focal Point");this.set("Focal Point",[e+t.x,s+t.y,i+t.z].map(n=>Number(n.toPrecision(9))))}zoom(t){this.set("Distance",Math.max(.001,this.get("Distance")-t*
+this.get("Distance")))}dolly(t){this.shift(new rt.Vector3(0,0,-t).applyQuaternion(this.camera.quaternion))}lookAt(t){let[e,s,i]=[t.x-this.origin[0],t.y-this.origin[1],
+t.z-this.origin[2]],[n,r]=[Math.cos(-this.turn),Math.sin(-this.turn)],o=this.camera.position.clone();this.set("Focal Point",[n*e-r*s,r*e+n*s,i]);let c=o.sub(this.
+focus()),l=Math.max(.01,c.length());this.set("Distance",l),this.set("Pitch",Math.min(Ts,Math.max(-Ts,Math.asin(this.sign*c.z/l)))),this.set("Yaw",Math.atan2(this.
+sign*c.y,c.x)-this.turn)}home(){for(let[t,e]of[["Distance",10],["Yaw",.785398],["Pitch",.785398],["Focal Point",[0,0,0]]])this.set(t,e)}},Ss=class extends As{raise(t){
+let e=new rt.Vector3(0,1,0).applyQuaternion(this.camera.quaternion);this.camera.position.addScaledVector(e,.2*t)}shift(t){t.z=0,t.length()>1&&t.setLength(1),super.
+shift(t)}},Wi=class extends Ss{get turn(){return Dn(this.origin)}},Xi=class extends He{constructor(t,e){super(t,e),this.camera=new rt.OrthographicCamera,this.camera.
+rotation.order="ZYX"}aim(t,e){let s=Math.max(1e-6,this.get("Scale")),[i,n]=[t/2/s,e/2/s];Object.assign(this.camera,{left:-i,right:i,top:n,bottom:-n}),this.camera.
+position.set(this.origin[0]+this.get("X"),this.origin[1]+this.get("Y"),500),this.camera.rotation.set(0,0,this.get("Angle")),this.camera.updateProjectionMatrix()}metres(){
+return 1/this.get("Scale")}rotate(t){this.add("Angle",-t*.005)}pan(t,e){let[s,i]=[this.get("Scale"),this.get("Angle")],[n,r]=[-t/s,e/s];this.add("X",Math.cos(i)*
+n-Math.sin(i)*r),this.add("Y",Math.sin(i)*n+Math.cos(i)*r)}zoom(t){this.set("Scale",Math.max(.001,this.get("Scale")*(1+t)))}dolly(){}lookAt(t){this.set("X",t.x-
+this.origin[0]),this.set("Y",t.y-this.origin[1])}home(){for(let[t,e]of[["Scale",10],["Angle",0],["X",0],["Y",0]])this.set(t,e)}},Yi=class extends He{aim(t,e){let[
+s,i,n]=this.get("Position"),[r,o]=[this.get("Yaw"),this.get("Pitch")];this.camera.fov=45,this.camera.aspect=t/e,this.camera.position.set(this.origin[0]+s,this.origin[1]+
+i,this.origin[2]+n);let c=new rt.Vector3(Math.cos(r)*Math.cos(o),Math.sin(r)*Math.cos(o),-Math.sin(o));this.camera.lookAt(c.add(this.camera.position)),this.camera.
+rotateZ(-this.get("Roll")),this.camera.updateProjectionMatrix()}pan(t,e){this.shift(new rt.Vector3(t*.01,-e*.01,0))}zoom(t){this.dolly(t*10)}dolly(t){this.shift(
+new rt.Vector3(0,0,-t))}shift(t){t.applyQuaternion(this.camera.quaternion);let[e,s,i]=this.get("Position");this.set("Position",[e+t.x,s+t.y,i+t.z])}lookAt(t){let e=new rt.Vector3().
+subVectors(t,this.camera.position);this.set("Yaw",Math.atan2(e.y,e.x)),this.set("Pitch",Math.atan2(-e.z,Math.hypot(e.x,e.y)))}home(){for(let[t,e]of[["Position",
+[0,0,0]],["Yaw",0],["Pitch",0]])this.set(t,e)}};import*as Pr from"three";var Ms=a=>we[a]?.find(t=>t[1]==="topic");function ks(a){let t=Ms(a.config.Class??"");return a.isOn&&t?a.scene.topicName(a.get(t[0])):""}var _c=10000000000n,Lc=20,Lr=1e3,Qi=5,Ir=["ok","warning","error"],Y=class{constructor(t,e,s){this.scene=t,this.config=s,this.properties=new Tt(e,s),this.root=new Pr.Group,
 this.statuses=new Map,this.stops=[],this.waiting=[],this.received=0,this.hasPlaced=!1,this.sender="",this.arrivals=[],this.isOn=!1,this.updatedAt=-1/0}get name(){
 return this.config.Name??this.config.Class??""}get isEnabled(){return Wt(this.config.Enabled??this.config.Value,!0)}get(...t){return this.properties.get(...t)}setStatus(t,e,s){
 s=s.length>Lr?`${s.slice(0,Lr)} \u2026`:s;let i=this.statuses.get(t);i?.level===e&&i.text===s||(this.statuses.set(t,{level:e,text:s}),this.scene.noteStatus())}dropStatus(t){

@@ -17,7 +17,8 @@ const minutes = new Intl.DateTimeFormat("en-GB", { hour: "2-digit", minute: "2-d
 const LEVELS = { 4: "--warn", 8: "--bad", 16: "--bad" };
 
 const colourOf = (name) => getComputedStyle(document.body).getPropertyValue(name);
-const spread = (low, high) => (high > low ? (high - low) * MARGIN : Math.abs(high) * MARGIN || 1);
+// The margin beyond the values; no smaller than what numbers of that size can tell apart.
+const spread = (low, high) => (high > low ? Math.max((high - low) * MARGIN, Math.abs(high) * 1e-13) : Math.abs(high) * MARGIN || 1);
 
 // A time of day, or simulated seconds.
 export const timeText = (time) => (time < EPOCH ? `${Number(time.toFixed(2))} s` : clock.format(time * 1000));
@@ -45,11 +46,21 @@ const timeAxisSize = (label) => (own, _values, index) => {
   return isLow ? 24 : 50;
 };
 
-// The range of a vertical axis; `limits` has null where it follows the values and lines.
+// The range of a vertical axis; `limits` has null where it follows the values and lines. Its length is finite, also around 1e308.
 const rangeOf = (limits, lines = []) => (_own, least, most) => {
   const [low, high] = [Math.min(least, ...lines), Math.max(most, ...lines)];
-  return [limits[0] ?? low - spread(low, high), limits[1] ?? high + spread(low, high)];
+  const within = (margin, farthest) => [Math.max(-farthest, low - margin), Math.min(farthest, high + margin)];
+  const usual = within(spread(low, high), Number.MAX_VALUE);
+  const [from, to] = Number.isFinite(usual[1] - usual[0]) ? usual : within(0, Number.MAX_VALUE / (Number.isFinite(high - low) ? 1 : 2));
+  return [limits[0] ?? from, limits[1] ?? to];
 };
+
+// Steps between labels. uPlot has the same, but none beyond 1e32.
+const STEPS = Array.from({ length: 340 }, (_, at) => [1, 2, 2.5, 5].map((each) => Number(`${each}e${at - 32}`))).flat();
+const LETTER_PX = 7;
+
+// Returns the width of a vertical axis: more for long labels only, so that axes of charts stay below one another.
+const widthOf = (_own, labels) => Math.max(64, 20 + LETTER_PX * Math.max(0, ...(labels ?? []).map(({ length }) => length)));
 
 // Creates a chart in `place`. `settings` has `axis` (what the horizontal axis shows), `curves`, `limits`, `lines` (values), `isXy`,
 // `marks()`, `moment()` and `span()`; `on` has `zoom` and `point`.
@@ -57,7 +68,7 @@ export function createChart(place, size, settings, on) {
   const { curves, isXy } = settings;
   const axis = { stroke: colourOf("--pale"), font: FONT, grid: { stroke: colourOf("--line"), width: 1 },
     ticks: { stroke: colourOf("--line"), width: 1 } };
-  const upright = { ...axis, size: 64, values: (_own, splits, _axis, _space, step) => axisLabels(splits, step) };
+  const upright = { ...axis, size: widthOf, incrs: STEPS, values: (_own, splits, _axis, _space, step) => axisLabels(splits, step) };
   const shown = isXy ? curves.slice(1) : curves;
   const hasRight = shown.some((curve) => curve.isRight);
   const hasLeft = !hasRight || shown.some((curve) => !curve.isRight);

@@ -7,10 +7,10 @@ export const number = (value) => (value === null || value === undefined ? "–" 
   : String(Number.isSafeInteger(value) ? value : Number(value.toPrecision(7))));
 
 // The labels of a vertical axis whose values are `step` apart, with enough digits to tell them apart.
-export function axisLabels(values, step) {
-  const digits = Math.min(100, Math.max(0, 1 - Math.floor(Math.log10(step))));
-  return values.map((value) => String(Number(value.toFixed(digits))));
-}
+export const axisLabels = (values, step) => values.map((value) => {
+  const steps = Math.abs(value) / step;
+  return steps < 0.5 ? "0" : String(Number(value.toPrecision(Math.min(17, Math.ceil(Math.log10(steps + 1)) + 2))));
+});
 
 // Returns the range that a key shows after another; null for following the newest samples, undefined for other keys.
 export function rangeAfter(key, { min, max }) {

@@ -102,7 +102,7 @@ class Orbit extends View {
     const { sign } = this;
     const back = new THREE.Vector3(Math.cos(yaw) * Math.cos(pitch), sign * Math.sin(yaw) * Math.cos(pitch), sign * Math.sin(pitch));
     this.camera.up.set(0, 0, this.sign);
-    this.camera.fov = (this.get("Field of View") * 180) / Math.PI;
+    this.camera.fov = Math.min(179, Math.max(0.1, (this.get("Field of View") * 180) / Math.PI));
     this.camera.aspect = width / height;
     this.camera.position.copy(focus).addScaledVector(back, distance);
     this.camera.lookAt(focus);

@@ -59,7 +59,7 @@ export function open(view, argument, context) {
   }
 
   function drawSide() {
-    const component = components.find((each) => each.name === selected);
+    const component = components.find(({ name }) => name && name === selected);
     side.hidden = !component;
     if (component) morph(about, details(component, () => choose("")));
   }

@@ -8,9 +8,9 @@ import { dataTable, largestFirst } from "../table.js";
 import { toolbar } from "../toolbar.js";
 
 const COLUMNS = [
-  { title: "Node", kind: "", text: (row) => h("a", { href: placeOf("graph", `node:${row.name}`), title: row.name }, nodeText(row.name)),
+  { title: "Node", text: (row) => h("a", { href: placeOf("graph", `node:${row.name}`), title: row.name }, nodeText(row.name)),
     order: (row) => row.name },
-  { title: "Host", kind: "", text: (row) => row.host || "–", order: (row) => row.host },
+  { title: "Host", text: (row) => row.host || "–", order: (row) => row.host },
   { title: "PID", kind: "number", text: (row) => row.pid ?? "–", order: (row) => row.pid },
   { title: "Processor", kind: "number", text: (row) => (row.cpu === undefined ? "–" : h("span", {},
     h("progress", { max: 100, value: row.cpu, "aria-hidden": "true" }), `${row.cpu.toFixed(1)} %`)),
