@@ -70,5 +70,7 @@ def _set(client: MasterClient, key: str, value: Any) -> None:
         client.set_param(key, value)
     except (TypeError, OverflowError):
         raise LaunchError(f"cannot set the parameter [{key}] to {value!r}: {PARAMETER_RULE}") from None
+    except ValueError as error:  # a character that XML forbids, such as NUL in the output of a command
+        raise LaunchError(f"cannot set the parameter [{key}]: {error}") from None
     except Refused as error:
         raise LaunchError(f"the parameter [{key}] was not set: {error.text}") from None

@@ -4,6 +4,7 @@ from typing import Any
 import pytest
 
 from pipros.basics.errors import Refused
+from pipros.wire.xmlrpc import encode_call
 from pipros_tools.launch.find_launch_files import NoSuchFiles, resolve_files
 from pipros_tools.launch.model import Launch, LaunchError, ParameterAction, ParameterCommand
 from pipros_tools.launch.param_upload import upload
@@ -86,8 +87,7 @@ class FakeServer:
         return self.params[key]
 
     def set_param(self, key: str, value: Any) -> None:
-        if isinstance(value, object) and type(value) is object:
-            raise TypeError("cannot marshal an object")
+        encode_call("setParam", (key, value))
         if value == "too large":
             raise Refused("the master", -1, "there is no room for it")
         self.calls.append(("set", key, value))
@@ -129,6 +129,7 @@ def test_a_dump_that_cannot_be_written_names_parameter_and_file(tmp_path: Path) 
 
 @pytest.mark.parametrize(("value", "complaint"), [
     (object(), r"cannot set the parameter \[/p\] to <object .*must consist of booleans"),
+    ("a\0b", r"cannot set the parameter \[/p\]: XML-RPC cannot represent the character '.x00'"),
     ("too large", r"the parameter \[/p\] was not set: there is no room for it"),
 ])  # fmt: skip
 def test_a_value_that_is_not_accepted_is_named(value: object, complaint: str) -> None:
