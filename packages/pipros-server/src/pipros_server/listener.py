@@ -37,6 +37,7 @@ class AcceptedSocket(socket.socket):
     """An accepted connection. Its server may note to which client it belongs, in `owner`."""
 
     peer = owner = ""
+    address: tuple[Any, ...] = ()
     last_used = 0.0
     _listener: Listener | None = None
     _transport: asyncio.BaseTransport | None = None
@@ -135,6 +136,7 @@ class Listener:
 
     def register(self, accepted: AcceptedSocket, address: Any) -> bool:
         """Count a new connection. Return False if there is no room for it."""
+        accepted.address = address
         return accepted.register(self, plain_address(str(address[0])), self._limit_s)
 
     def close_unadmitted(self) -> None:

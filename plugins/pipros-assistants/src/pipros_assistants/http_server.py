@@ -9,7 +9,8 @@ OAuth is not supported: a request without a token is refused, without a challeng
 Sessions. A session holds its place until its client deletes it, or until it has been idle for a long time, so
 a client that restarts without deleting its sessions would fill all places. When all are taken, the client
 (that is, the token) with the most sessions loses one that serves no request now: one that was only opened or,
-if there is none, the one that has been idle longest. Its client gets 404, and opens a new session.
+if there is none, the one that has been idle longest. Its client gets 404, and opens a new session. A client
+takes no session from one that has not more than itself, nor more than half of the places that others leave.
 
 `mcp` gets whole requests, because it logs a traceback for a client that ends within one. Of requests
 of a session with the same id, it gets one at a time: it finds responses by id, and would answer only one.
@@ -47,8 +48,8 @@ from pipros_server.token_file import read_tokens
 ASSISTANT_SESSIONS = 16
 """Limit: number of HTTP sessions; four times as many connections are accepted. Beyond it, the token with the
 most sessions loses the one that has been idle longest, and gets 404 for it; if all serve requests, up to
-twice as many sessions are opened, and further ones are refused with the status 503. Sessions end when they
-have been idle for 10 minutes.
+twice as many sessions are opened, of which a token gets half of what others leave, and further ones are
+refused with the status 503. Sessions end when they have been idle for 10 minutes.
 """
 
 HOST: Final = "127.0.0.1"
@@ -147,7 +148,7 @@ async def _serve(server: MCPServer[Any], port: int, secret: Secret, *, has_file:
             super().connection_made(transport)
 
     def admit(address: tuple[str, int], token: str) -> None:
-        for accepted in [each for each in listener.accepted.values() if each.getpeername()[:2] == address]:
+        for accepted in [each for each in listener.accepted.values() if each.address[:2] == address]:
             accepted.note_request()
             accepted.owner = token
             used = Counter(each.owner for each in listener.accepted.values() if each.owner)
@@ -231,8 +232,9 @@ class SharedSessions:
             return first.pop() if first else await receive()
 
         identity = _header(scope["headers"], _ID)
-        if not identity:
-            await self._make_room()
+        if not identity and not await self._makes_room(_client(scope["headers"])):
+            await _refuse(send, 503, "too many sessions of this token serve requests; end one")
+            return
 
         async def note(message: MutableMapping[str, Any]) -> None:
             if message["type"] == "http.response.start":
@@ -256,21 +258,22 @@ class SharedSessions:
             self._sessions.pop(identity, None)
         elif identity and status < 400 and identity not in self._sessions:
             kept = [each for each in scope["headers"] if each[0].lower() in (b"host", b"authorization")]
-            client = _header(kept, b"authorization").rpartition(b" ")[2]
-            self._sessions[identity] = _Session(client, [*kept, (_ID, identity)], requests=1)
+            self._sessions[identity] = _Session(_client(kept), [*kept, (_ID, identity)], requests=1)
 
-    async def _make_room(self) -> None:
+    async def _makes_room(self, client: bytes) -> bool:
+        """End idle sessions, so that a client can open one. Return False if it has too many in use."""
         while len(self._sessions) >= self._limit:
             sizes = Counter(each.client for each in self._sessions.values())
-            idle = [(identity, each) for identity, each in self._sessions.items() if not each.running]
-            if not idle:
-                return
             order = {
                 identity: (-sizes[each.client], each.requests > _OPENING, each.used_s)
-                for identity, each in idle
+                for identity, each in self._sessions.items()
+                if not each.running and (each.client == client or sizes[each.client] > sizes[client])
             }
+            if not order:
+                return sizes[client] < 2 * self._limit - sizes.total()
             ended = min(order, key=order.__getitem__)
             await self._end(self._sessions.pop(ended))
+        return True
 
     async def _end(self, session: _Session) -> None:
         async def receive() -> MutableMapping[str, Any]:
@@ -285,6 +288,10 @@ class SharedSessions:
             "headers": session.headers, "client": None, "server": None, "state": {},
         }  # fmt: skip
         await self._app(scope, receive, send)
+
+
+def _client(headers: Iterable[tuple[bytes, bytes]]) -> bytes:
+    return _header(headers, b"authorization").rpartition(b" ")[2]
 
 
 def _header(headers: Iterable[tuple[bytes, bytes]], name: bytes) -> bytes:

@@ -161,6 +161,21 @@ def test_many_sessions_shut_out_no_other_client_and_no_session_in_use(serve: Ser
     assert (lists(), opened(port, TOKEN)[0]) == (200, 200)
 
 
+def test_sessions_in_use_take_neither_sessions_nor_places_from_others(serve: Serve) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as mute:  # a master that never answers
+        _, port = serve(ROS_MASTER_URI=f"http://127.0.0.1:{mute.getsockname()[1]}")
+        _, quiet = opened(port, "another-token-of-this-test")
+        calls: list[threading.Thread] = []
+        while (session := opened(port, TOKEN))[0] == 200:
+            calls.append(threading.Thread(target=session[1], args=("list_topics",)))
+            calls[-1].start()
+        assert session[0] == 503
+        assert len(calls) >= ASSISTANT_SESSIONS - 1
+        assert (quiet("list_bags"), opened(port, "another-token-of-this-test")[0]) == (200, 200)
+    for each in calls:
+        each.join()
+
+
 def test_a_client_that_keeps_connections_open_does_not_shut_out_others(serve: Serve) -> None:
     _, port = serve()
     with contextlib.ExitStack() as kept:
