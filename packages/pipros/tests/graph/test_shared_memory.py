@@ -530,6 +530,26 @@ def test_a_callback_that_forks_or_ends_its_process_returns_no_slot_of_its_parent
     assert (publisher.connection_count, publisher.statistics()["dropped"]) == (1, 0)
 
 
+def test_large_messages_of_forked_children_do_not_break_links_of_their_parent(make_node: MakeNode) -> None:
+    publisher = make_node("talker").advertise("images", Image, queue_size=None)
+    inbox, children = Inbox(), []
+    listening(make_node, publisher, lambda message: message.encoding == WARM or inbox(message))
+    for number in range(10):
+        if not (child := os.fork()):
+            try:
+                publisher.publish(image(number + 100))
+            finally:
+                os._exit(0)
+        children.append(child)
+        publisher.publish(image(number))
+    for child in children:
+        os.waitpid(child, 0)
+    publisher.publish(image(10))
+    wait_until(lambda: numbers(inbox.messages)[-1:] == [10])
+    assert numbers(inbox.messages) == list(range(11))
+    assert publisher.statistics()["dropped"] == 0
+
+
 # -- limits and failures ------------------------------------------------------------------
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import os
 import threading
 import time
 from collections.abc import Sequence
@@ -34,6 +35,8 @@ if TYPE_CHECKING:
 
 
 _IDLE = LinkState.IDLE  # an alias: enum lookups per message are slow
+
+_CHILD_BYTES = 32 * 1024  # a socket takes this much from a forked child at once, not between parts of others
 
 
 class Publication:
@@ -84,6 +87,7 @@ class Publication:
         self._burst = self._packet_sharing.detector
         self._may_share_packets = False  # whether a burst has an effect on any link so far
         self._is_closed = False
+        self._process = os.getpid()
 
     @property
     def is_received(self) -> bool:
@@ -121,6 +125,9 @@ class Publication:
             batch: Sequence[Buffer] | None = None
             is_shared = False
             if size > PACKET_SHARING_BYTES:
+                if size > _CHILD_BYTES and os.getpid() != self._process:
+                    self._refuse_child(size)
+                    return
                 self._send_batch()
                 is_shared = self._memory_sharing is not None and self._memory_sharing.send(links, data, size)
             elif (batch := self._collect(data)) is not None:
@@ -139,6 +146,12 @@ class Publication:
             self._memory_sharing.wait_for_space(
                 links, limit_s if self.queue_size is None else min(limit_s, LARGE_MESSAGE_WAIT_S)
             )
+
+    def _refuse_child(self, size: int) -> None:
+        if self._process:
+            self._process = 0  # one warning is enough
+            rule = f"a forked child can publish at most {_CHILD_BYTES} bytes on [{self.topic}], got {size}"
+            self._context.log.warning("%s; advertise it in the child only, or let the parent publish", rule)
 
     def _latch(self, message: Message) -> None:
         """Keep a message for later subscribers, in place of the last one of the same recorded publisher."""
