@@ -219,6 +219,7 @@ class SharedSessions:
         self._app = app
         self._limit = limit
         self._sessions: dict[bytes, _Session] = {}
+        self._opening: Counter[bytes] = Counter()  # requests that may open a session, by client
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] != "http":
@@ -231,10 +232,11 @@ class SharedSessions:
         async def again() -> MutableMapping[str, Any]:
             return first.pop() if first else await receive()
 
-        identity = _header(scope["headers"], _ID)
-        if not identity and not await self._makes_room(_client(scope["headers"])):
+        identity, client = _header(scope["headers"], _ID), _client(scope["headers"])
+        if not identity and not await self._makes_room(client):
             await _refuse(send, 503, "too many sessions of this token serve requests; end one")
             return
+        self._opening[client] += not identity
 
         async def note(message: MutableMapping[str, Any]) -> None:
             if message["type"] == "http.response.start":
@@ -250,6 +252,7 @@ class SharedSessions:
         try:
             await self._app(scope, again, note)
         finally:
+            self._opening[client] -= not identity
             session.running.remove(used)
             session.used_s = time.monotonic()
 
@@ -262,8 +265,10 @@ class SharedSessions:
 
     async def _makes_room(self, client: bytes) -> bool:
         """End idle sessions, so that a client can open one. Return False if it has too many in use."""
-        while len(self._sessions) >= self._limit:
-            sizes = Counter(each.client for each in self._sessions.values())
+        while True:
+            sizes = Counter(each.client for each in self._sessions.values()) + self._opening
+            if sizes.total() < self._limit:
+                return True
             order = {
                 identity: (-sizes[each.client], each.requests > _OPENING, each.used_s)
                 for identity, each in self._sessions.items()
@@ -273,7 +278,6 @@ class SharedSessions:
                 return sizes[client] < 2 * self._limit - sizes.total()
             ended = min(order, key=order.__getitem__)
             await self._end(self._sessions.pop(ended))
-        return True
 
     async def _end(self, session: _Session) -> None:
         async def receive() -> MutableMapping[str, Any]:
