@@ -72,6 +72,13 @@ rospy.spin()
 SMALLEST_NAME = """() => Math.min(...[...document.querySelectorAll("g.vertex text:not(.age)")].map(
   (text) => (text.checkVisibility() && text.textContent ? text.getBoundingClientRect().height : 0)))"""
 
+APART = """() => {
+  const boxes = [...document.querySelectorAll("g.vertex > :is(ellipse, rect)")];
+  const all = boxes.map((each) => each.getBoundingClientRect());
+  const meet = (a, b) => a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
+  return !all.some((one, index) => all.slice(index + 1).some((other) => meet(one, other)));
+}"""
+
 
 def test_all_names_of_a_pipeline_with_a_wrong_type_are_readable(ros: RosSystem, nodes, open_tab) -> None:
     ros.pipros.start(sys.executable, "-c", PIPELINE)
@@ -80,13 +87,19 @@ def test_all_names_of_a_pipeline_with_a_wrong_type_are_readable(ros: RosSystem, 
         output = f"/stage_{stage}/output"
         ros.pipros.start("rosrun", "topic_tools", "relay", topic, output, f"__name:=stage_{stage}")
         topic = output
+    for name in ("alone", "apart"):
+        ros.pipros.start("rosrun", "topic_tools", "relay", f"/{name}", f"/{name}/output", f"__name:={name}")
     ros.wait_for_publisher(topic)
     for size in ((1440, 900), (1280, 800), (390, 844)):
         tab = open_tab(Page(ros), "graph", size)
-        expect(tab.locator('[data-key="node:/stage_7"]')).to_be_attached()
+        for name in ("stage_7", "alone", "apart"):
+            expect(tab.locator(f'[data-key="node:/{name}"]')).to_be_attached()
         expect(tab.locator("g.label.wrong text")).to_have_count(1)
         tab.wait_for_function(f"({SMALLEST_NAME})() >= 9")
         keep_screenshots(tab, f"pipeline-{size[0]}")
+        tab.locator('[data-key="node:/stage_0"]').press("Enter")
+        expect(tab.locator("aside h2")).to_be_visible()
+        tab.wait_for_function(APART)
 
 
 NAMESPACES = """

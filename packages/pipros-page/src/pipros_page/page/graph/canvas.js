@@ -7,7 +7,7 @@ const FAR_SCALE = 3; // units per pixel beyond which the heads of arrows are hid
 const MANY = 500;
 const FONT = 13; // units, as in page.css; boxes grow with their names so that these have at least LEAST pixels, as far as there is room
 const LEAST = 11;
-const LARGEST_GROWTH = { true: 1.15, false: 1.4 }; // by whether boxes are beside each other
+const LARGEST_GROWTH = 1.4;
 const CROWDED_SCALE = 1.6; // units per pixel beyond which rates are hidden
 const narrow = matchMedia("(max-width: 900px)"); // there, `fit` leaves all names, and the rest is reached by dragging
 const LARGEST_SCALE = 1.15; // pixels per unit after `fit`
@@ -20,6 +20,14 @@ const HEAD = "M0,0.5 L8,4 L0,7.5 Z";
 
 // The text that stands for a vertex in addresses and attributes: node:/talker.
 const keyText = ({ kind, name }) => `${kind}:${name}`;
+
+// Returns by how much boxes can grow before two of them nearly touch.
+function roomOf(boxes) {
+  if (boxes.length > MANY) return 1;
+  const least = boxes.map((one, index) => boxes.slice(index + 1).reduce((room, other) => Math.min(room,
+    Math.max(Math.abs(one.x - other.x) / (one.w + other.w), Math.abs(one.y - other.y) / (one.h + other.h)) * 1.9), LARGEST_GROWTH));
+  return Math.max(1, Math.min(LARGEST_GROWTH, ...least));
+}
 
 // Returns a canvas whose `onSelect` is called with the key of a vertex that the user chose.
 export function graphCanvas(label, onSelect) {
@@ -34,9 +42,11 @@ export function graphCanvas(label, onSelect) {
   let isMoved = false; // by the user; then changes of the graph and of the window's size keep the view
   let vertices = new Map(); // key text to {vertex, group}
   let links = []; // {arrow, text, parts}
+  let room = 1; // by how much boxes can grow
 
   function draw(next) {
     scene = next;
+    room = roomOf(scene.boxes);
     const old = vertices;
     vertices = new Map();
     element.classList.toggle("many", scene.boxes.length > MANY);
@@ -148,10 +158,12 @@ export function graphCanvas(label, onSelect) {
     const units = unitsPerPixel();
     element.classList.toggle("far", units > FAR_SCALE);
     element.classList.toggle("crowded", units > CROWDED_SCALE);
-    element.style.setProperty("--box", String(Math.min(LARGEST_GROWTH[scene?.vertical ?? false], Math.max(1, LEAST * units / FONT))));
+    element.style.setProperty("--box", String(growthAt(units)));
     element.style.setProperty("--small-label", `${LEAST * Math.max(1, units)}px`);
     element.style.setProperty("--grow", String(Math.max(1, units)));
   }
+
+  const growthAt = (units) => Math.min(room, Math.max(1, (LEAST * units) / FONT));
 
   function fit() {
     isMoved = false;
@@ -159,10 +171,13 @@ export function graphCanvas(label, onSelect) {
     if (!scene || !width || !height) return;
     const corner = element.parentElement.querySelector(".corner")?.getBoundingClientRect().top ?? bottom;
     const clear = Math.max(1, height - Math.max(0, bottom - corner) - CORNER_GAP_PX); // the buttons may lie over the rest
-    const whole = Math.min(LARGEST_SCALE, width / scene.width, clear / scene.height);
-    const legible = LEAST / (FONT * LARGEST_GROWTH[scene.vertical ?? false]);
+    const growth = growthAt(Math.max(scene.width / width, scene.height / clear));
+    const sides = scene.boxes.flatMap(({ x, w }) => [x - (growth * w) / 2, x + (growth * w) / 2]);
+    const [first, last] = [Math.min(0, ...sides), Math.max(scene.width, ...sides)];
+    const whole = Math.min(LARGEST_SCALE, width / (last - first), clear / scene.height);
+    const legible = LEAST / (FONT * room);
     const scale = narrow.matches ? Math.max(whole, 1 / CROWDED_SCALE, legible) : whole;
-    const left = Math.min(scene.width - width / scale, 0) / 2; // what is too wide or high begins at its left or top
+    const left = first + Math.min(last - first - width / scale, 0) / 2; // what is too wide or high begins at its left or top
     const top = Math.min(scene.height - clear / scale, 0) / 2;
     setBox({ x: left, y: top, w: width / scale, h: height / scale });
   }
