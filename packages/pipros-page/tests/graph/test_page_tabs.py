@@ -133,6 +133,10 @@ def test_parameters_and_their_changes(robot: RosSystem, browser: LivePage) -> No
     assert first(values, lambda value: "/robot/wheel_radius" in value["params"])
     robot.pipros.run("rosparam", "set", "/robot/wheel_radius", "0.25")
     first(values, lambda value: value["params"].get("/robot/wheel_radius") == "0.25")
+    robot.pipros.run("rosparam", "set", "/odd", "[.nan, -.inf, nan, 1]")
+    first(values, lambda value: value["params"].get("/odd") == '[.nan, -.inf, "nan", 1]')
+    robot.pipros.run("rosparam", "set", "/long", str([7] * 41))
+    first(values, lambda value: value["params"].get("/long") == f"[{'7, ' * 40}…] (41 elements)")
 
 
 def test_processor_and_memory_use_of_nodes(browser: LivePage) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import re
 from collections.abc import AsyncIterator, Mapping
 from typing import Any
 
@@ -18,6 +19,8 @@ from pipros_tools.graph.message_tree import message_tree
 
 POLL_INTERVAL_S = 2.0
 MAX_PARAMETERS = 20_000
+_NUMBER = re.compile(r'\{"#": "(-?)(nan|inf)?(\d*)"\}')
+_SHORTENED = re.compile(r'\{"…": (\d+), "items": \[(.*)\]\}')
 
 
 class ParamViews:
@@ -27,7 +30,7 @@ class ParamViews:
         self._system = system
 
     async def params(self, _: Mapping[str, object]) -> AsyncIterator[object]:
-        """Yield the parameters, keyed by name, whenever one changes. Values are JSON, shortened if long."""
+        """Yield the parameters, keyed by name, whenever one changes. Values are YAML, shortened if long."""
         shown: Any = None
         while True:
             try:
@@ -45,7 +48,7 @@ class ParamViews:
         left_bytes = PAGE_VIEW_BYTES
         for name in sorted(found)[:MAX_PARAMETERS]:
             # As strings, because JavaScript does not distinguish 0.0 (double) from 0 (int).
-            shown[name] = json.dumps(message_tree(found[name]), ensure_ascii=False)
+            shown[name] = _text(found[name])
             left_bytes -= len(name) + len(shown[name])
             if left_bytes < 0:
                 break
@@ -65,3 +68,10 @@ class ParamViews:
         """Delete a parameter or a namespace."""
         await self._system.questions.run(params.delete, self._system.graph.master, topic_name(arguments))
         return True
+
+
+def _text(value: object) -> str:
+    """Return a value in YAML, with the same type when it is read again; one with `…` is shortened."""
+    text = json.dumps(message_tree(value, for_browser=True), ensure_ascii=False)
+    text = _NUMBER.sub(lambda found: f"{found[1]}{'.' + found[2] if found[2] else found[3]}", text)
+    return _SHORTENED.sub(r"[\2, …] (\1 elements)", text)
