@@ -233,7 +233,7 @@ class MasterApi:
         except NotSet:
             return [CALLER_ERROR, f"parameter [{key}] is not set", 0]
         _log.info("-PARAM [%s] by %s", key, caller)
-        self._notify(param_notices(self._registry, key, {}, except_node=caller))
+        self._notify(param_notices(self._registry, key, {}))
         return [SUCCESS, f"parameter {key} deleted", 0]
 
     def _has_param(self, caller: str, key: object) -> Answer:
@@ -273,12 +273,15 @@ class MasterApi:
         return [SUCCESS, f"Unsubscribe to parameter [{key}]", 1]
 
 
-def param_notices(registry: Registry, key: str, value: object, *, except_node: str) -> Iterator[Notice]:
+def param_notices(
+    registry: Registry, key: str, value: object, *, except_node: str | None = None
+) -> Iterator[Notice]:
     """Return the `paramUpdate` notices for a change of `key` to `value` (`{}` if it was deleted).
 
     A subscriber at or above the key receives the key and its value. A subscriber below the key receives the
-    part of the value at its own key, or `{}` if there is none. `except_node`, which made the change, receives
-    nothing. Announced keys end with a slash, as in genuine masters.
+    part of the value at its own key, or `{}` if there is none. `except_node`, which set the value, receives
+    only the latter, because roscpp does not divide values. Announced keys end with a slash. All is as in
+    genuine masters.
 
     The subscribed keys are looked up immediately, but their nodes only as the notices are consumed,
     because a key can have thousands of subscribers.
@@ -287,16 +290,17 @@ def param_notices(registry: Registry, key: str, value: object, *, except_node: s
 
 
 def _notices(
-    registry: Registry, subscribed_keys: Sequence[str], key: str, value: object, except_node: str
+    registry: Registry, subscribed_keys: Sequence[str], key: str, value: object, except_node: str | None
 ) -> Iterator[Notice]:
     changed = names.as_namespace(key)
     for subscribed in subscribed_keys:
         namespace = names.as_namespace(subscribed)
-        if changed.startswith(namespace):
+        is_above = changed.startswith(namespace)
+        if is_above:
             params = (MASTER_ID, changed, value)
         else:
             params = (MASTER_ID, namespace, value_below(value, namespace[len(changed) :], {}))
         # All subscribers to a key share one tuple, so that it is encoded only once.
         for name in registry.names_of(Role.PARAM_SUBSCRIBER, subscribed):
-            if name != except_node:
+            if name != except_node or not is_above:
                 yield Notice(name, registry.nodes[name].api, "paramUpdate", params)

@@ -18,9 +18,9 @@ below it. Each cached parameter has a state:
                                                      from the notice
     invalidation               OVERTAKEN  OVERTAKEN  STALE                      STALE
 
-The master does not notify a node of the node's own changes, and a notice about another node's change may be
-older than a change by this node. So once a node has set or deleted a key, notices about it, or about keys
-above and below it, only make cached parameters STALE.
+The master notifies a node of the node's own changes only if it deletes a key, or sets one above a subscribed
+one, and any notice may be older than a change by this node. So once a node has set or deleted a key, notices
+about it, or about keys above and below it, only make cached parameters STALE.
 """
 
 from __future__ import annotations

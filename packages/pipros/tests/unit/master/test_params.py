@@ -190,13 +190,16 @@ def test_subscribers_above_get_the_change_and_those_below_their_part(
     assert list(param_notices(registry, key, value, except_node="/x")) == expected
 
 
-def test_the_node_that_changes_a_parameter_is_not_notified() -> None:
+def test_the_node_that_sets_a_parameter_hears_only_of_those_below_and_that_deletes_one_of_all() -> None:
     registry = Registry()
-    registry.subscribe_param("/a", "/w", A)
-    registry.subscribe_param("/b", "/w", B)
-    assert list(param_notices(registry, "/w/k", 1, except_node="/a")) == [
-        Notice("/b", B, "paramUpdate", (MASTER_ID, "/w/k/", 1))
-    ]
+    for node, key, api in (("/a", "/w", A), ("/b", "/w", B), ("/a", "/w/k/m", A)):
+        registry.subscribe_param(node, key, api)
+    for except_node, heard in (
+        ("/a", [("/b", "/w/k/"), ("/a", "/w/k/m/")]),
+        (None, [("/a", "/w/k/"), ("/b", "/w/k/"), ("/a", "/w/k/m/")]),
+    ):
+        notices = param_notices(registry, "/w/k", {}, except_node=except_node)
+        assert [(each.node, each.params[1]) for each in notices] == heard
 
 
 def test_all_subscribers_of_a_key_get_the_same_value() -> None:
