@@ -53,7 +53,7 @@ def test_a_written_file_has_the_same_content_in_the_same_order() -> None:
 def test_a_file_of_genuine_rviz_survives_with_all_properties() -> None:
     config = read_rviz(GENUINE.read_bytes())
     shown = config["Visualization Manager"]["Displays"]
-    assert len(shown) == 25
+    assert len(shown) == 29
     for display in shown:
         display["Invented: Key"] = "007"
     written = read_rviz(write_rviz(config))
