@@ -7,6 +7,7 @@ import pytest
 from geometry_msgs.msg import Twist
 
 from pipros.msg import load_message_class
+from pipros.msg.time import Time
 from pipros_libraries.nodes.velocities import VelocityOutput
 from pipros_libraries.teleoperation.twist_mux_node import TwistMux
 from pipros_libraries.teleoperation.velocity_mux import VelocityMux, VelocitySource
@@ -73,6 +74,26 @@ def test_a_lock_stops_a_robot_at_once_and_holds_it(ros: RosSystem) -> None:
             wait_until(drives)
             lock.publish(flag(True))
             wait_until(lambda: inbox.messages[-3:] == [Twist()] * 3)
+
+
+@pytest.mark.parametrize("begins", [True, False])
+def test_a_robot_is_stopped_if_the_simulated_time_has_ended_or_never_begins(
+    ros: RosSystem, begins: bool, capfd: pytest.CaptureFixture[str]
+) -> None:
+    ros.serve_master()
+    kind: Any = load_message_class("rosgraph_msgs/Clock")
+    with ros.node("teleop") as node, ros.node("robot") as robot:
+        clock = node.use_simulated_time()
+        output = VelocityOutput(node, "cmd_vel", silence_s=0.5)
+        inbox = Inbox.of(robot, "/cmd_vel", Twist)
+        wait_until(lambda: output.connection_count)
+        if begins:
+            with ros.node("simulator") as other:
+                times = other.advertise("/clock", kind, queue_size=1)
+                wait_until(lambda: times.publish(kind(Time(5))) or clock.now_ns())
+        output.publish(driving())
+        wait_until(lambda: inbox.messages == [driving(), Twist()])
+    assert "nobody publishes /clock" in capfd.readouterr().err
 
 
 def test_a_node_that_ends_stops_the_robot(ros: RosSystem) -> None:

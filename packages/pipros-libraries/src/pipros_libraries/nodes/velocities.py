@@ -10,14 +10,15 @@ import contextlib
 import math
 import re
 import threading
-from collections.abc import Iterable, Iterator, Mapping
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, Final, Protocol
 
 from pipros.basics.errors import PiprosError
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S
 from pipros.node import Node
-from pipros.node.clock import stamp
+from pipros.node.clock import Clock, SimulatedClock, WallClock, stamp
 from pipros.node.publisher import Publisher
 from pipros.node.rate import Timer
 from pipros.node.signals import rest_while_suspended
@@ -229,6 +230,7 @@ class VelocityOutput:
 
     A velocity that is not finite becomes zero, with one error in the log. The base is stopped if nothing is
     published for `silence_s`, when the node ends for any reason but SIGKILL, and before Ctrl-Z suspends it.
+    While nobody publishes simulated time, which then stands as all timers do, `SILENCE_S` of real time count.
     """
 
     def __init__(
@@ -246,7 +248,11 @@ class VelocityOutput:
         self._frame = ""
         self._has_warned = self._has_ended = False
         self._source: Subscriber[Any] | None = None
+        self._real = VelocityRule(SILENCE_S)
         self._timer: Timer | None = None
+        self._clock_timer = (
+            self._timer_on(WallClock(), self._check_clock) if node.clock.is_simulated else None
+        )
         node.on_shutdown(self._end)
         rest_while_suspended(self)
         self.silence_s = silence_s
@@ -286,6 +292,7 @@ class VelocityOutput:
             if self._has_ended:
                 return
             self._frame = message.header.frame_id if message._has_header else ""
+            self._real.allows(message, time.monotonic())
             if self._rule.allows(message, self._now_s()):
                 self._publisher.publish(message)
                 return
@@ -322,8 +329,9 @@ class VelocityOutput:
         """Stop the base, and withdraw the topic."""
         self._end()
         self._node.remove_shutdown_hook(self._end)
-        if self._timer is not None:
-            self._timer.shutdown()
+        for timer in (self._timer, self._clock_timer):
+            if timer is not None:
+                timer.shutdown()
         self._publisher.unregister()
 
     def _end(self) -> None:
@@ -340,8 +348,20 @@ class VelocityOutput:
 
     def _start_checks(self) -> None:
         if self._timer is None:
-            period_ns = round(CHECK_S * NS_PER_S)
-            self._timer = Timer(self._node.clock, period_ns, lambda _: self._check(), reset=True)
+            self._timer = self._timer_on(self._node.clock, self._check)
+
+    def _timer_on(self, clock: Clock, check: Callable[[], None]) -> Timer:
+        return Timer(clock, round(CHECK_S * NS_PER_S), lambda _: check(), reset=True)
+
+    def _check_clock(self) -> None:
+        """Stop the base if its source is silent, and neither timers nor timeouts can tell."""
+        with self._lock:
+            clock = self._node.clock
+            is_driven = not isinstance(clock, SimulatedClock) or clock.is_driven
+            if not is_driven and self._rule.is_moving and self._real.must_stop(time.monotonic()):
+                self._publish_zero()
+                text = "[%s]: the robot is stopped: /use_sim_time is true, but nobody publishes /clock"
+                self._node.log.error(text, self._publisher.topic)
 
     def _check(self) -> None:
         with self._lock:

@@ -86,10 +86,22 @@ class WallClock:
         self._interrupted.set()
 
 
+class TimeSource(Protocol):
+    """What receives the simulated time."""
+
+    @property
+    def connection_count(self) -> int: ...
+
+
 class SimulatedClock:
-    """A clock that shows the time published on `/clock`."""
+    """A clock that shows the time published on `/clock`.
+
+    Attributes:
+        source: what receives the time, if it can tell whether somebody publishes it.
+    """
 
     is_simulated = True
+    source: TimeSource | None = None
 
     def __init__(
         self,
@@ -140,6 +152,11 @@ class SimulatedClock:
             if self._jumps != jumps:
                 raise TimeMovedBackwards(self._last_jump_s)
             return not self._must_end()
+
+    @property
+    def is_driven(self) -> bool:
+        """Whether somebody publishes the time, which stands otherwise."""
+        return self.source is None or self.source.connection_count > 0
 
     @property
     def sleeper_count(self) -> int:

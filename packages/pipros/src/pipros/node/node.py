@@ -244,7 +244,8 @@ class Node(TopicsAndServices):
             clock.set_ns(now.to_nsec())
 
         self.use_clock(clock)
-        self.subscribe("/clock", load_message_class("rosgraph_msgs/Clock"), on_clock, queue_size=1)
+        kind: Any = load_message_class("rosgraph_msgs/Clock")
+        clock.source = self.subscribe("/clock", kind, on_clock, queue_size=1)
         return clock
 
     def use_clock(self, clock: Clock) -> None:
