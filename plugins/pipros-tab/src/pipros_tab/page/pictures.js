@@ -5,7 +5,7 @@ import { PortSocket, Requests } from "./connection.mjs";
 import { h } from "./dom.js";
 
 /** The address that a program prints: its name, its port, and the token and the view. */
-const ADDRESS = /([\w./-]{1,200}): http:\/\/localhost:(\d+)\/(#\S+)/;
+const ADDRESS = /(?<![\w./-])([\w./-]+): http:\/\/localhost:(\d+)\/(#\S+)/;
 
 export class Pictures {
   #id = crypto.randomUUID();

@@ -969,10 +969,10 @@ ql.pub(f,d,b,y,$,A,F)}ql.sub(n);function Sh(f,d,b,y,$,A,F){Je.filters.sub(f,d,b,
 Ve.clear(),sr(sl,$o,ma),u.remove(),ee?.remove(),it("destroy")}n.destroy=Eh;function Kl(){it("init",e,t),qr(t||e.data,!1),z[L]?zl(L,z[L]):Ll(),gs=Fe.show&&(Fe.width>
 0||Fe.height>0),Mn=It=!0,Ml(e.width,e.height)}return S.forEach(Gr),E.forEach(nh),o?o instanceof HTMLElement?(o.appendChild(u),Kl()):o(n,Kl):Kl(),n}ct.assign=Qe;
 ct.fmtNum=gr;ct.rangeNum=ll;ct.rangeLog=al;ct.rangeAsinh=dr;ct.orient=Vn;ct.pxRatio=Le;ct.join=Ab;ct.fmtDate=wr,ct.tzDate=zb;ct.sync=qf;{ct.addGap=kw,ct.clipGaps=
-fl;let e=ct.paths={points:Qf};e.linear=tp,e.stepped=Tw,e.bars=$w,e.spline=Lw}var Bw=["received","stamp","ros","xy"],lp=/^(axis|marks|show|line|at):([\w.+-]*)$/,zw=/(?:;[dr]){0,99}$/;function ip(e){let t=[""],o=0,n="";for(let s of e)n?n=s===
+fl;let e=ct.paths={points:Qf};e.linear=tp,e.stepped=Tw,e.bars=$w,e.spline=Lw}var Bw=["received","stamp","ros","xy"],lp=/^(axis|marks|show|line|at):([\w.+-]*)$/,zw=/(?:;[dr]){0,9}$/;function ip(e){let t=[""],o=0,n="";for(let s of e)n?n=s===
 n?"":n:`'"`.includes(s)?n=s:"([{".includes(s)?o+=1:")]}".includes(s)&&(o-=1),s===","&&o<=0&&!n?t.push(""):t[t.length-1]+=s;return t.map(s=>s.trim()).filter(Boolean)}
-function jw(e){if(/[[={]/.test(e))return[e];let[,t,o]=/^(.*?)((?:;[dr]){0,99})$/.exec(e),[n,...s]=t.split(":");return[n,...s.map(l=>`${n.slice(0,n.lastIndexOf("\
-/"))}/${l}`)].map(l=>l+o)}var Hw=e=>e.startsWith("/")?e:`/${e}`,Tr=e=>ip(e).flatMap(t=>/[={]/.test(t)?[t]:t.split(/\s+/)).map(Hw).flatMap(jw);function rp(e){let t=ip(
+function jw(e){if(/[[={]/.test(e))return[e];let[,t,o]=/^(.*?)((?:;[dr]){0,9})$/.exec(e),[n,...s]=t.split(":");return[n,...s.map(l=>`${n.slice(0,n.lastIndexOf("/"))}\
+/${l}`)].map(l=>l+o)}var Hw=e=>e.startsWith("/")?e:`/${e}`,Tr=e=>ip(e).flatMap(t=>/[={]/.test(t)?[t]:t.split(/\s+/)).map(Hw).flatMap(jw);function rp(e){let t=ip(
 e),o=l=>t.map(r=>lp.exec(r)).filter(r=>r?.[1]===l).map(r=>Number(r[2])).filter(Number.isFinite),n=t.map(l=>/^axis:(\w+)$/.exec(l)?.[1]).find(l=>Bw.includes(l))??
 "received";return{curves:t.filter(l=>!lp.test(l)).flatMap(Tr),axis:n,hasMarks:t.includes("marks:log"),hasStatistics:t.includes("show:statistics"),lines:o("line"),
 at:o("at")[0]??null}}var ap=(e,t,o,{hasStatistics:n=!1,lines:s=[]}={})=>[...t==="received"?[]:[`axis:${t}`],...o?["marks:log"]:[],...n?["show:statistics"]:[],...s.

@@ -10,7 +10,7 @@
 
 const AXES = ["received", "stamp", "ros", "xy"];
 const OPTION = /^(axis|marks|show|line|at):([\w.+-]*)$/;
-const FLAGS = /(?:;[dr]){0,99}$/;
+const FLAGS = /(?:;[dr]){0,9}$/;
 
 // Splits at commas outside of brackets and quotes.
 function parts(text) {
@@ -31,7 +31,7 @@ function parts(text) {
 // `/a/pose/x:y` names two fields.
 function expanded(text) {
   if (/[[={]/.test(text)) return [text];
-  const [, names, flags] = /^(.*?)((?:;[dr]){0,99})$/.exec(text);
+  const [, names, flags] = /^(.*?)((?:;[dr]){0,9})$/.exec(text);
   const [first, ...others] = names.split(":");
   return [first, ...others.map((other) => `${first.slice(0, first.lastIndexOf("/"))}/${other}`)].map((name) => name + flags);
 }
