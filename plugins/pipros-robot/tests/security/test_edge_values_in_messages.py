@@ -266,6 +266,7 @@ def test_gmapping_goes_on(make: Any, topic: str, is_first: bool) -> None:
             node.give("/tf", transforms("odom", BASE))
         if hasattr(edge, "header") and "stamp" not in change:
             edge.header.stamp = now()
+            node.give("/tf", transforms("odom", BASE))  # for the time of the edge message
         node.give(topic, edge)
         if not has_effect(*made):
             failed.append(change)

@@ -11,6 +11,7 @@ from typing import Any, Final
 import numpy as np
 
 from pipros.basics.intervals import elapsed
+from pipros.basics.throttle import Throttle
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S
 from pipros.node import Node
@@ -46,7 +47,7 @@ class GmappingNode:
         Raises:
             InvalidParameter: a parameter has an invalid value.
         """
-        self._node, self._log = node, log
+        self._node, self._log, self._quiet = node, log, Throttle(log, 5.0)
         self._settings = settings = read_settings(read_parameters(node))
         self._rng = np.random.default_rng(settings.seed if settings.seed >= 0 else None)
         self._lock = threading.Lock()
@@ -89,9 +90,13 @@ class GmappingNode:
         if self._scans % settings.throttle_scans:
             return
         self._laser = self._laser or self._find_laser(message)
-        if self._laser is None or len(message.ranges) != self._laser[2]:
+        if self._laser is None:
             return
         mounting, is_reversed, beams = self._laser
+        if len(message.ranges) != beams:
+            text = "a scan is ignored: it has %d ranges, but the first one had %d"
+            self._quiet.warning(text, len(message.ranges), beams)
+            return
         stamp_ns, frame = in_ns(message.header.stamp), message.header.frame_id.removeprefix("/")
         found = self._frames.awaited(settings.odom_frame, frame, stamp_ns, TRANSFORM_S)
         if found is None:
@@ -127,10 +132,11 @@ class GmappingNode:
         if abs(abs(up) - 1.0) > _FLAT:
             self._log.warning("the laser must be horizontal; the z component of its z axis is %.3f", up)
             return None
-        is_usual = 0 < len(message.ranges) <= plane.MOST_BEAMS
-        if not (is_usual and math.isfinite(message.angle_min + message.angle_max)):
-            text = "a scan is ignored: it must have finite angles and 1 to %d ranges, got %d"
-            self._log.warning(text, plane.MOST_BEAMS, len(message.ranges))
+        least, most = max(message.range_min, 0.01), message.range_max
+        is_usual = 0 < len(message.ranges) <= plane.MOST_BEAMS and most > least
+        if not (is_usual and math.isfinite(message.angle_min + message.angle_max + message.angle_increment)):
+            text = "a scan needs finite angles, 1 to %d ranges, got %d, and range_max > %g, got %g"
+            self._quiet.warning(text, plane.MOST_BEAMS, len(message.ranges), least, most)
             return None
         centre = (message.angle_min + message.angle_max) / 2.0
         is_reversed = (message.angle_min > message.angle_max) == (up > 0.0)

@@ -66,7 +66,7 @@ class LaserScanAssembler:
     def _receive(self, message: LaserScan) -> None:
         if not self._ignores_motion:
             duration_ns = message.time_increment * len(message.ranges) * NS_PER_S
-            if duration_ns < self._length_ns:  # a longer one would hold back all scans after it
+            if abs(duration_ns) < self._length_ns:  # a longer one would hold back all scans after it
                 self._gate.tolerance_ns = max(self._gate.tolerance_ns, round(duration_ns))
         self._gate.add(message)
 
