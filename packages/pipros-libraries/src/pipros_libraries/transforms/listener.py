@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from collections import deque
 from collections.abc import Callable
+from functools import partial
 from typing import Any, Final
 
 from pipros.basics.errors import Interrupted
@@ -39,6 +40,7 @@ class TransformListener:
         self.problems: Callable[[str], object] = node.log.debug
         self._node = node
         self._now_ns = self._left_ns = self._ahead_ns = 0
+        self._ahead: set[str] = set()  # frames whose times are in the future
         self._lock = threading.Lock()
         self._warnings = Throttle(node.log, _WARN_S)
         self._observers: tuple[Callable[[], object], ...] = ()
@@ -89,8 +91,8 @@ class TransformListener:
         """Insert transforms, but not one from the future: the buffer would drop all later ones as too old.
 
         If the next one is as far ahead, the clock of its computer is, and it is inserted, unless it was sent
-        before the clock jumped back. Static transforms have no age, and come once, for example with times of
-        another clock.
+        before the clock jumped back. When that clock has been set, the buffer is cleared. Static transforms
+        have no age, and come once, for example with times of another clock.
         """
         now_ns = self._checked_ns()
         for each in message.transforms:
@@ -102,14 +104,18 @@ class TransformListener:
                 text = "dropped a transform to %s: its time is %.0f s in the future"
                 self._warnings.warning(text, each.child_frame_id, ahead_ns / NS_PER_S)
                 continue
-            for problem in self.buffer.insert(
-                each.header.frame_id,
-                each.child_frame_id,
-                stamp_ns,
-                pose_of_transform(each.transform),
-                "",
-                is_static=is_static,
-            ):
+            child, pose = each.child_frame_id, pose_of_transform(each.transform)
+            add = partial(self.buffer.insert, each.header.frame_id, child, stamp_ns, pose, "", is_static)
+            problems = add()
+            if ahead_ns > AHEAD_NS:
+                self._ahead |= set() if problems else {child}
+            elif problems and child in self._ahead:
+                self.buffer.clear()
+                self._ahead.clear()
+                text = "the time of the transforms to %s moved back: all but static ones are forgotten"
+                self._warnings.warning(text, child)
+                problems = add()
+            for problem in problems:
                 self.problems(problem)
         for observer in self._observers:
             observer()

@@ -105,3 +105,5 @@ def test_one_transform_from_the_future_is_dropped_and_a_clock_that_is_ahead_is_n
     assert listener.at("map", "base", 0)[0] == 2.0
     node.send(now_s + 3600.1, 4.0)
     assert listener.at("map", "base", 0)[0] == 4.0
+    node.send(now_s, 5.0)  # that clock has been set
+    assert listener.at("map", "base", 0)[0] == 5.0

@@ -187,7 +187,8 @@ def exact_matrix_of(pose: Pose) -> Array:
     """Return the first three rows of a pose's matrix in float32, computed in float64 with tf's formula."""
     rotation = np.array(rotation_matrix(pose)).reshape(3, 3)
     exact: Array = np.concatenate([rotation, np.array(pose[:3])[:, np.newaxis]], 1)
-    return exact.astype(np.float32)
+    with np.errstate(over="ignore"):  # a transform may have any finite number
+        return exact.astype(np.float32)
 
 
 def moved(points: Array, matrix: Array) -> Array:
