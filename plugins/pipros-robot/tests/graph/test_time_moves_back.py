@@ -346,6 +346,18 @@ def test_the_topics_of_footprints_may_be_absolute(make_trap: Any, given: str, ex
     assert node.sent[f"{expected}_now"]
 
 
+@pytest.mark.parametrize("name", ["origin_x", "origin_y", "footprint_padding"])
+@pytest.mark.parametrize("value", [math.inf, -1e308])
+def test_a_costmap_refuses_to_be_nowhere(make_trap: Any, caplog, name: str, value: float) -> None:
+    costmap = costmap_of(make_trap(local_costmap=COSTMAP))
+    costmap.update()
+    before = costmap.footprint, costmap.grid.geometry
+    costmap.settings.update({name: value})
+    costmap.update()
+    assert (costmap.footprint, costmap.grid.geometry) == before
+    assert f"local_costmap: {name} must be at most 1e+09 m" in caplog.text
+
+
 def test_parameters_outside_of_their_planner_are_named(make_trap: Any, caplog) -> None:
     node = make_trap(
         default_tolerance=0.5, max_vel_x=0.3, controller_frequency=5.0,

@@ -24,7 +24,7 @@ from pipros_robot.navigation.costmap.grid import Points
 from pipros_robot.navigation.costmap.layered import CellRectangle, Pose2D
 from pipros_robot.navigation.costmap.layers import add_layers
 from pipros_robot.navigation.limits import NavigationLimits
-from pipros_robot.navigation.plane import flat
+from pipros_robot.navigation.plane import MOST, flat
 
 _MOST_AGE_S: Final = 2.0
 """Maximum age of costs by which the robot drives, unless two update periods are longer."""
@@ -106,10 +106,15 @@ class Costmap(CostmapCore):
         with self.lock:
             self._tolerance_s = values["transform_tolerance"]
             self._output.set_frequency(values["publish_frequency"])
-            self._resize(values)
-            if values["footprint_padding"] != self._padding:
-                self._padding = values["footprint_padding"]
-                self.set_footprint(self._unpadded)
+            names = "origin_x", "origin_y", "footprint_padding"
+            if huge := [name for name in names if not abs(values[name]) <= MOST]:
+                text = "%s: %s must be at most %g m: size, place and padding of the map stay as they are"
+                self.log.error(text, self.name, " and ".join(huge), MOST)
+            else:
+                self._resize(values)
+                if values["footprint_padding"] != self._padding:
+                    self._padding = values["footprint_padding"]
+                    self.set_footprint(self._unpadded)
             self._apply_footprint(values["footprint"], values["robot_radius"])
         self._set_frequency(values["update_frequency"])
 
