@@ -249,16 +249,22 @@ def test_a_goal_of_the_exploration_is_not_given_up(make: Any, moment: Moment) ->
     assert node.sent["/move_base/cancel"]
 
 
-def test_a_filter_that_waits_names_the_parameter(make: Any, moment: Moment, caplog) -> None:
+@pytest.mark.parametrize(
+    ("is_simulated", "text"), [(True, "~reset_on_time_jump is not set"), (False, "restart the filter")]
+)
+def test_a_filter_that_waits_says_what_to_do(
+    make: Any, moment: Moment, caplog, is_simulated: bool, text: str
+) -> None:
     node, work = make(odom0="odom", odom0_config=[True] * 3 + [False] * 12), Work()
-    node.clock = SimulatedClock()
+    clock = SimulatedClock()
+    node.clock = clock if is_simulated else node.clock
     FilterNode(node, LOG, work, unscented=False)  # type: ignore[arg-type]
     for _ in range(2):
-        node.clock.set_ns(moment.ns)
+        clock.set_ns(moment.ns)
         node.give("/odom", odometry())
         work.cycle()
         moment.advance(-HOUR_S)
-    assert "~reset_on_time_jump is not set" in caplog.text
+    assert text in caplog.text
 
 
 def test_work_in_lockstep_goes_on(make: Any) -> None:

@@ -13,6 +13,7 @@ import numpy as np
 
 from pipros.basics.throttle import Throttle
 from pipros.msg import load_message_class
+from pipros.msg.time import NS_PER_S
 from pipros.node import Node
 from pipros_libraries.nodes.frames import Frames
 from pipros_libraries.nodes.params import read_parameters
@@ -243,8 +244,11 @@ class FilterNode:
             else:
                 self._health.warn(sensor.source, "a message is older than the previous one: it is ignored")
                 clock = self._node.clock
-                if clock.is_simulated and self._last_stamps[sensor.source] > clock.now_ns():
+                last_ns = self._last_stamps[sensor.source]
+                if clock.is_simulated and last_ns > clock.now_ns():
                     self._drop(sensor.source, "the time moved back, and ~reset_on_time_jump is not set")
+                elif last_ns > clock.now_ns() + NS_PER_S:  # a computer's clock was set
+                    self._drop(sensor.source, "the time moved back: restart the filter")
             return False
         self._last_stamps[sensor.source] = stamp_ns
         return True
