@@ -95,7 +95,7 @@ def test_a_description_that_is_missing_or_wrong_is_named(ros, program, descripti
 
     ended = ros.pipros.run("rosrun", program, program)
 
-    assert ended.returncode == (1 if program == "joint_state_publisher" else 255)
+    assert ended.returncode == 1
     assert complaint in ended.output
     assert "Traceback" not in ended.output
 
