@@ -9,6 +9,7 @@ import threading
 import time
 from collections.abc import Callable
 from typing import Any
+from unittest.mock import Mock
 
 import pytest
 
@@ -362,6 +363,19 @@ def test_a_costmap_refuses_to_be_nowhere(make_trap: Any, caplog, name: str, valu
     costmap.update()
     assert (costmap.footprint, costmap.grid.geometry) == before
     assert f"local_costmap: {name} must be at most 1e+09 m" in caplog.text
+
+
+def test_a_scan_that_raises_an_error_does_so_once(make_trap: Any, monkeypatch) -> None:
+    node = make_trap(local_costmap=COSTMAP)
+    costmap_of(node)
+    add = Mock(side_effect=[OverflowError("too far"), *[None] * 99])
+    monkeypatch.setattr("pipros_robot.navigation.costmap.observations.ObservationSource.add", add)
+    for _ in range(2):
+        node.give("/tf", transforms("odom", BASE, ago_s=-1.0))  # a scan waits for one from after its end
+    with pytest.raises(OverflowError):
+        see(node)
+    see(node)
+    assert add.call_count == 2
 
 
 def test_parameters_outside_of_their_planner_are_named(make_trap: Any, caplog) -> None:

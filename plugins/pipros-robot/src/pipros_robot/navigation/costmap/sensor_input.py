@@ -88,8 +88,10 @@ class SensorInput:
     def process(self) -> None:
         """Add the points of waiting messages whose transforms are now available."""
         with self._costmap.lock:
-            for each in [each for each in self._waiting if self._add(each)]:
-                self._waiting.remove(each)
+            for _ in range(len(self._waiting)):
+                each = self._waiting.popleft()  # for good, if it raises an error
+                if not self._add(each):
+                    self._waiting.append(each)
 
     def _add(self, arrived: _Arrived) -> bool:
         """Add the points of a message. Return False if its transforms are not available yet."""
