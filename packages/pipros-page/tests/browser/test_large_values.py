@@ -288,11 +288,11 @@ def publish(name, encoding, size, data, step):
 good = b"\\xff\\x00\\x00" * 256
 red = publish("/red", "rgb8", 16, good, 48)
 empty = publish("/empty", "rgb8", 0, b"", 0)
-odd = publish("/odd", "64FC1", 16, bytes(2048), 128)
+odd = publish("/odd", "9FC1", 16, bytes(2048), 128)
 nan = publish("/nan", "32FC1", 16, struct.pack("<256f", *[float("nan")] * 128, *range(128)), 64)
 def change(wanted):
     if wanted.data == "odd":
-        red.publish(Image(height=16, width=16, encoding="64FC1", step=128, data=bytes(2048)))
+        red.publish(Image(height=16, width=16, encoding="9FC1", step=128, data=bytes(2048)))
     else:
         red.publish(Image(height=16, width=16, encoding="rgb8", step=48, data=good))
 rospy.Subscriber("/change", String, change)
@@ -306,7 +306,7 @@ def test_an_image_without_pixels_an_error_and_another_topic_clear_the_picture(ro
     tab = open_tab(Page(ros), "images//red")
     picture = tab.locator(".picture canvas").first
     topic = tab.get_by_label("Topic", exact=True)
-    for other, text in (("/empty", "it has no pixels: its size is 0"), ("/odd", "64FC1")):
+    for other, text in (("/empty", "it has no pixels: its size is 0"), ("/odd", "9FC1")):
         topic.select_option("/red")
         expect(picture).to_be_visible()
         topic.select_option(other)
@@ -317,7 +317,7 @@ def test_an_image_without_pixels_an_error_and_another_topic_clear_the_picture(ro
     for change in ("odd", "good"):
         ros.pipros.run("rostopic", "pub", "--once", "/change", "std_msgs/String", change)
         if change == "odd":
-            expect(tab.locator(".error").first).to_contain_text("64FC1")
+            expect(tab.locator(".error").first).to_contain_text("9FC1")
             expect(picture).to_be_hidden()
         else:
             expect(picture).to_be_visible()

@@ -60,6 +60,7 @@ LEFT_OUT: Final = {
     "test_an_interrupted_early_connection_ends_the_call": THREADS,
     "test_another_ctrl_c_ends_a_program_that_survives_its_node": THREADS,
     "test_ctrl_c_ends_a_second_node_made_in_another_thread": THREADS, "test_links": THREADS,
+    "test_forked_children_and_their_parent_get_only_their_own_answers": CHILDREN,
     "test_links_of_a_topic_unregistered_during_shutdown_are_closed": THREADS, "test_local_transport": STREAMS,
     "test_only_hooks_may_publish_while_the_node_ends": THREADS, "test_shared_memory": STREAMS,
     "test_shutdown_joins_running_threads_and_forgets_ended_ones": THREADS,
