@@ -14,21 +14,24 @@ for each topic that a fleet can have. Beyond it, a question has no answer.
 """
 
 
+_EACH_NS = 1_000_000_000 // FLEET_QUESTIONS
+
+
 class QuestionPace:
     """Counts questions of each asker. Thread-safe."""
 
-    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
-        self._clock = clock
-        self._due_s: dict[str, float] = {}
+    def __init__(self, clock_ns: Callable[[], int] = time.monotonic_ns) -> None:
+        self._clock_ns = clock_ns
+        self._due_ns: dict[str, int] = {}
         self._lock = threading.Lock()
 
     def allows(self, asker: str) -> bool:
         """Count a question, and return True, unless its asker asks too often."""
-        now_s = self._clock()
+        now_ns = self._clock_ns()
         with self._lock:
-            due_s = max(self._due_s.pop(asker, 0.0), now_s - 2 * FLEET_TOPICS / FLEET_QUESTIONS)
-            is_allowed = due_s < now_s
-            self._due_s[asker] = due_s + is_allowed / FLEET_QUESTIONS
-            if len(self._due_s) > FLEET_MEMBERS:
-                del self._due_s[next(iter(self._due_s))]  # the one that has not asked for the longest time
+            due_ns = max(self._due_ns.pop(asker, 0), now_ns - 2 * FLEET_TOPICS * _EACH_NS)
+            is_allowed = due_ns < now_ns
+            self._due_ns[asker] = due_ns + is_allowed * _EACH_NS
+            if len(self._due_ns) > FLEET_MEMBERS:
+                del self._due_ns[next(iter(self._due_ns))]  # the one that has not asked for the longest time
         return is_allowed

@@ -84,8 +84,9 @@ def overwritten_file(path: Path, *, is_synced: bool = True) -> Iterator[Any]:
     # Wine cannot resolve paths of 260 characters and more.
     target = Path(os.path.realpath(path)) if path.is_symlink() else path
     try:
-        is_stream = os.path.abspath(path).startswith(("/dev/", "/proc/")) or not path.is_file()
-        if path.exists() and (is_stream or not os.access(target.parent, os.W_OK)):
+        # Links to what another program reads or has opened; /dev/shm has files.
+        is_stream = path.is_symlink() and os.path.abspath(path).startswith(("/dev/", "/proc/"))
+        if path.exists() and (is_stream or not path.is_file() or not os.access(target.parent, os.W_OK)):
             with path.open("wb") as file:  # the target of a link to a pipe does not exist
                 yield file
             return

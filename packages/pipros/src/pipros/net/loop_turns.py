@@ -18,18 +18,23 @@ class LoopTurns:
     def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
         self._loop = loop
         self._turns: Turns[str, Callable[[], object]] = Turns()
+        self._is_scheduled = False
 
     def put(self, peer: str, callback: Callable[[], object]) -> None:
         """Call a function when it is the turn of the peer. Must be called in the loop."""
-        if not len(self._turns):
-            self._loop.call_soon(self._run)
         self._turns.put(peer, callback)
+        self._schedule()
+
+    def _schedule(self) -> None:
+        if len(self._turns) and not self._is_scheduled:
+            self._is_scheduled = True
+            self._loop.call_soon(self._run)
 
     def _run(self) -> None:
         ends_s = self._loop.time() + TURN_S
         try:
             while len(self._turns) and self._loop.time() < ends_s:
-                self._turns.pop()[1]()
+                self._turns.pop()[1]()  # which may put another
         finally:
-            if len(self._turns):
-                self._loop.call_soon(self._run)
+            self._is_scheduled = False
+            self._schedule()

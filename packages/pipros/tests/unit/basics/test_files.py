@@ -2,8 +2,10 @@
 
 import errno
 import os
+import shutil
 import subprocess
 import sys
+import tempfile
 import tracemalloc
 from collections.abc import Callable
 from functools import partial
@@ -115,7 +117,10 @@ def test_folders_pipes_and_odd_names_are_refused_and_no_descriptor_stays_open(
 UNIX = pytest.mark.skipif(sys.platform == "win32", reason="Unix permissions and links")
 
 
-def test_what_fails_leaves_the_old_file_and_is_named(tmp_path: Path) -> None:
+@pytest.mark.parametrize("place", ["/dev/shm", "."])  # noqa: S108  # it has files, beside devices
+def test_what_fails_leaves_the_old_file_and_is_named(tmp_path: Path, place: str) -> None:
+    if place != "." and Path(place).is_dir():
+        tmp_path = Path(tempfile.mkdtemp(dir=place))
     path = tmp_path / "params.yaml"
     path.write_text("old")
 
@@ -129,6 +134,7 @@ def test_what_fails_leaves_the_old_file_and_is_named(tmp_path: Path) -> None:
         fail()
 
     assert (path.read_text(), list(tmp_path.iterdir())) == ("old", [path])
+    shutil.rmtree(tmp_path)
 
 
 def test_of_two_files_the_failed_one_is_named(tmp_path: Path) -> None:

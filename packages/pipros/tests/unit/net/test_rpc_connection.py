@@ -173,6 +173,22 @@ def test_pipelined_calls_of_all_connections_take_a_millisecond_of_a_turn(peer: P
     peers[2].connection.connection_lost(None)
 
 
+def test_calls_that_follow_each_other_stay_one_callback_of_the_loop() -> None:
+    loop, called = Loop(), []
+    turns = LoopTurns(loop)  # type: ignore[arg-type]
+
+    def call() -> None:
+        called.append(loop.now)
+        loop.now += TURN_S / 8
+        if len(called) < 100:
+            turns.put("peer", call)
+
+    turns.put("peer", call)
+    ran = list(iter(loop.turn, 0))
+    assert (set(ran), len(called)) == ({1}, 100)
+    assert len(ran) > 10
+
+
 def test_a_call_in_pieces_is_answered_when_it_is_whole(peer: Peer) -> None:
     for byte in CALL[:-1]:
         peer.send(bytes([byte]))
