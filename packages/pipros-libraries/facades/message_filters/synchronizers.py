@@ -43,7 +43,9 @@ class TimeSynchronizer(SimpleFilter):
     queues: list[Queue] = _kept("queues", "The queue of each input: messages by timestamp in nanoseconds.")
     queue_size: int = _kept("queue_size", "Maximum number of waiting messages of each input.")
     enable_reset: bool = _kept("reset", "Whether the queues are cleared if simulated time jumps back.")
-    latest_stamps: list[rospy.Time] = _kept("times", "If so, when the last message of each input arrived.")
+    latest_stamps: list[rospy.Time] = _kept(
+        "times", "Simulated time at which the last message of each input arrived."
+    )
 
     def connectInput(self, fs: Sequence[SimpleFilter]) -> None:
         """Connect new input filters. Waiting messages are dropped."""

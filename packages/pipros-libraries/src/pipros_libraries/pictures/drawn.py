@@ -37,8 +37,8 @@ POINTS: Final = 60_000
 _MARGIN = 40
 _COLOURS = ((31, 119, 180), (214, 39, 40), (44, 160, 44), (255, 127, 14), (148, 103, 189), (23, 190, 207))
 _LUMA: Final = {Color.YUV422: 1, Color.YUV422_YUY2: 0}
-_CODES: Final = {"8S": "b", "16U": "H", "16S": "h", "32S": "i", "32F": "f", "64F": "d"}
 """Offset of the first luma byte in a row."""
+_CODES: Final = {"8S": "b", "16U": "H", "16S": "h", "32S": "i", "32F": "f", "64F": "d"}
 _FAR_M: Final = 1e6
 """Points with larger or non-finite coordinates are left out."""
 

@@ -66,7 +66,10 @@ def _translated(name: str, seen: tuple[int, int] | None = None) -> Iterator[None
 
 
 def _state(name: str) -> tuple[int, int]:
-    status = os.stat(name)
+    try:
+        status = os.stat(name)
+    except OSError:  # it was removed
+        return -1, -1
     return status.st_size, status.st_mtime_ns
 
 
