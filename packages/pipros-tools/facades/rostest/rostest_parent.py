@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from pipros.basics.env import Environment
 from pipros.basics.lazy_names import star_names as _star_names
 from pipros_tools.launch.console import Console
-from pipros_tools.testing.fixture import LaunchFixture, RequiredNodeEnded
-from pipros_tools.testing.rostest import TestProgramTimedOut
+from pipros_tools.testing.fixture import LaunchFixture
+from pipros_tools.testing.rostest import RequiredNodeEnded, TestProgramTimedOut
 from pipros_workspace.index import PackageIndex
 from roslaunch.config import ROSLaunchConfig
 from roslaunch.core import FileAndArguments, Master, RLException, Test, printlog_bold

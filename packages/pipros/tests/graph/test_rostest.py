@@ -125,7 +125,7 @@ def test_a_respawning_node_is_restarted_while_the_test_runs(ros: RosSystem, pack
     assert run.returncode == 0, run.output
 
 
-def test_the_end_of_a_required_node_ends_the_test_with_an_error(ros: RosSystem, package: Path) -> None:
+def test_the_end_of_a_required_node_fails_the_test(ros: RosSystem, package: Path) -> None:
     write_test(
         package,
         WAITS,
@@ -136,7 +136,8 @@ def test_the_end_of_a_required_node_ends_the_test_with_an_error(ros: RosSystem, 
     run = ros.pipros.run("rostest", "pkg", "t.test")
 
     assert run.returncode == 1
-    assert "ERROR: a required node exited before the test [t] ended" in run.stdout
+    assert "FAILURE: a required node exited before the test [t] ended" in run.stdout
+    assert " * ERRORS: 0" in run.stdout
 
 
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])

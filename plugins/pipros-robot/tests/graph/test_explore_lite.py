@@ -1,6 +1,7 @@
 """The node `explore` of explore_lite: a robot that knows nothing of an apartment sees all of it."""
 
 import logging
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -12,6 +13,7 @@ from pipros.basics.env import Environment
 from pipros.msg import load_message_class
 from pipros.node import Node
 from pipros_libraries.actions.status import Status
+from pipros_libraries.nodes.params import InvalidParameter
 from pipros_robot.navigation import plane
 from pipros_robot.navigation.costmap.grid import FREE, UNKNOWN, CostGrid
 from pipros_robot.navigation.exploration.explore_node import ExploreNode
@@ -108,6 +110,13 @@ def test_a_goal_without_progress_is_given_up(make: Any) -> None:
     assert goal(node) == pytest.approx((0.75, 3.0))
     wait_until(lambda: bool(cycles.cycle() or node.sent["/move_base/cancel"]), 10)
     assert node.sent["/move_base/cancel"][0].id == node.sent[GOALS][1].goal_id.id
+
+
+@pytest.mark.parametrize("name", ["progress_timeout", "planner_frequency", "gain_scale"])
+def test_numbers_without_a_meaning_are_refused(make: Any, name: str) -> None:
+    for value in (-1.0, math.nan) if name != "gain_scale" else (math.nan,):
+        with pytest.raises(InvalidParameter, match=f"~{name} must be|scales finite"):
+            make(**{name: value})
 
 
 def test_an_update_of_the_map_ends_the_exploration_and_wrong_ones_are_dropped(make: Any) -> None:

@@ -1,9 +1,11 @@
 """A message with an edge value in any field of any input leaves the effect of the good messages after it.
 
 The nodes of navigation run in this process. Messages are given to their callbacks directly, and their
-periodic work is called directly, so an exception in a callback or a cycle fails the test.
+periodic work is called directly, so an exception in a callback or a cycle fails the test. So does one in a
+service, unless it is the error that tells the caller why.
 """
 
+import contextlib
 import logging
 from collections.abc import Callable
 from copy import deepcopy
@@ -14,6 +16,8 @@ import numpy as np
 import pytest
 
 from pipros.basics.errors import Unreachable
+from pipros.msg import load_service_class
+from pipros.node.service_server import CallFailed
 from pipros_libraries.nodes.frames import Frames
 from pipros_robot.navigation.amcl import amcl_node
 from pipros_robot.navigation.amcl.amcl_node import AmclNode
@@ -53,6 +57,16 @@ def make(unlinked: Unlinked, monkeypatch: pytest.MonkeyPatch) -> Unlinked:
         monkeypatch.setattr(module, "TRANSFORM_S", 0.0)
     monkeypatch.setattr(amcl_node, "INITIAL_POSE_S", 0.0)
     return unlinked
+
+
+def answering(node: Any, service: str) -> Callable[[Any], object]:
+    """Return what calls a service of a node, whose only error may be the one that callers can understand."""
+
+    def call(request: Any) -> None:
+        with contextlib.suppress(CallFailed):
+            node.services[service](request)
+
+    return call
 
 
 FILTER = {
@@ -104,13 +118,16 @@ def test_a_filter_goes_on(make: Any, kind: str, topic: str) -> None:
     assert (place.x, place.y, place.z) == pytest.approx((1.0, 0.0, 0.0), abs=0.2)
 
 
-@pytest.mark.parametrize("topic", ["/scan", "/initialpose", "/map", "/tf"])
+@pytest.mark.parametrize("topic", ["/scan", "/initialpose", "/map", "/tf", "set_map"])
 def test_amcl_goes_on(make: Any, topic: str) -> None:
     parameters = {**PARAMETERS["amcl"], "use_map_topic": True, "max_particles": 300, "save_pose_rate": -1.0}
     node, work = make("amcl", parameters), Work()
     AmclNode(node, LOG, work)  # type: ignore[arg-type]
+    set_map: Any = load_service_class("nav_msgs/SetMap")._request_class
     inputs = {"/scan": scan, "/initialpose": partial(posed, "map", 0.0), "/map": occupancy,
-              "/tf": partial(transforms, "odom", BASE)}  # fmt: skip
+              "/tf": partial(transforms, "odom", BASE),
+              "set_map": lambda: set_map(occupancy(), posed("map", 0.0))}  # fmt: skip
+    node.inputs["set_map"] = [answering(node, "set_map")]
     places, frames = node.sent["/amcl_pose"], node.sent["/tf"]
     node.give("/tf_static", transforms(BASE, "laser"))
     x = 0.0
@@ -182,51 +199,69 @@ def test_a_costmap_goes_on(make: Any, topic: str) -> None:
     endures(node, topic, inputs[topic], has_effect, 0.3)
 
 
-@pytest.mark.parametrize("topic", ["/odometry/filtered", "/gps/fix", "/imu/data"])
+def fix() -> Any:
+    made = message("sensor_msgs/NavSatFix", "gps", latitude=50.0, longitude=8.0, altitude=100.0)
+    made.position_covariance = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
+    return made
+
+
+NAVSAT_INPUTS: dict[str, Callable[[], Any]] = {
+    "/odometry/filtered": odometry, "/gps/fix": fix, "/imu/data": imu,
+}  # fmt: skip
+
+
+def has_positions(node: Any, work: Work) -> bool:
+    """Return whether good messages make a navsat node publish both positions, and both are finite."""
+    outputs = [(sent, len(sent)) for sent in (node.sent["/odometry/gps"], node.sent["/gps/filtered"])]
+    for _ in range(2):
+        node.give("/tf", transforms("odom", "base_link"))
+        for name, good in NAVSAT_INPUTS.items():
+            node.give(name, good())
+        work.cycle()
+        work.cycle()
+    return all(len(each) > count and finite(each[-1]) for each, count in outputs)
+
+
+@pytest.mark.parametrize("topic", NAVSAT_INPUTS)
 @pytest.mark.parametrize("is_first", [True, False])
 def test_navsat_goes_on(make: Any, topic: str, is_first: bool) -> None:
     """With `is_first`, the edge message arrives before the transform is known, in a new node each time."""
-
-    def fix() -> Any:
-        made = message("sensor_msgs/NavSatFix", "gps", latitude=50.0, longitude=8.0, altitude=100.0)
-        made.position_covariance = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
-        return made
-
-    inputs = {"/odometry/filtered": odometry, "/gps/fix": fix, "/imu/data": imu}
-    edges = list(edge_messages(inputs[topic]()))
+    edges = list(edge_messages(NAVSAT_INPUTS[topic]()))
     node = make("navsat", {"publish_filtered_gps": True})
 
-    def new() -> tuple[Work, list[Any], list[Any]]:
+    def new() -> Work:
         work = Work()
         node.inputs.clear()
         node.sent.clear()
         NavsatNode(node, LOG, work)  # type: ignore[arg-type]
         node.give("/tf_static", transforms("base_link", "gps"))
-        return work, node.sent["/odometry/gps"], node.sent["/gps/filtered"]
+        return work
 
-    def has_effect(work: Work, positions: list[Any], fixes: list[Any]) -> bool:
-        counts = len(positions), len(fixes)
-        for _ in range(2):
-            node.give("/tf", transforms("odom", "base_link"))
-            for name, good in inputs.items():
-                node.give(name, good())
-            work.cycle()
-            work.cycle()
-        outputs = (positions, counts[0]), (fixes, counts[1])
-        return all(len(each) > count and finite(each[-1]) for each, count in outputs)
-
-    made = new()
-    assert is_first or has_effect(*made)
+    work = new()
+    assert is_first or has_positions(node, work)
     failed = []
     for change, edge in edges:
         if is_first:
-            made = new()
+            work = new()
         edge.header.stamp = edge.header.stamp if "stamp" in change else now()
         node.give(topic, edge)
-        made[0].cycle()
-        if not has_effect(*made):
+        work.cycle()
+        if not has_positions(node, work):
             failed.append(change)
     assert not failed
+
+
+@pytest.mark.parametrize(("service", "kind"), [("toLL", "ToLL"), ("fromLL", "FromLL"), ("datum", "SetDatum")])
+@pytest.mark.parametrize("is_local", [False, True])
+def test_navsat_goes_on_after_calls(make: Any, service: str, kind: str, is_local: bool) -> None:
+    node, work = make("navsat", {"publish_filtered_gps": True, "use_local_cartesian": is_local}), Work()
+    NavsatNode(node, LOG, work)  # type: ignore[arg-type]
+    node.give("/tf_static", transforms("base_link", "gps"))
+    node.inputs[service] = [answering(node, service)]
+    request: Any = load_service_class(f"robot_localization/{kind}")._request_class
+    if service == "datum":
+        request = partial(request, message("geographic_msgs/GeoPose"))
+    endures(node, service, request, partial(has_positions, node, work))
 
 
 @pytest.mark.parametrize(("topic", "is_first"), [("/scan", True), ("/scan", False), ("/tf", False)])

@@ -17,7 +17,7 @@ from pipros_tools.launch.model import Launch, Output, Test
 from pipros_tools.launch.roscore import STANDARD_PARAMETERS, Core
 from pipros_tools.launch.run import LaunchRun
 from pipros_tools.launch.run_id import is_run_id, new_run_id, run_id_problem
-from pipros_tools.testing.rostest import TestProgramTimedOut
+from pipros_tools.testing.rostest import RequiredNodeEnded, TestProgramTimedOut
 from pipros_workspace.index import PackageIndex
 
 # unittest's reports omit the frames of modules that define this variable.
@@ -32,10 +32,6 @@ _KEPT_NAMESPACE = "/roslaunch/"
 
 class NoMasterToReuse(PiprosError):
     """The master does not respond, but `--reuse-master` requires an existing one."""
-
-
-class RequiredNodeEnded(PiprosError):
-    """A `required` node exited during a test."""
 
 
 class LaunchFixture:

@@ -35,6 +35,10 @@ class TestProgramTimedOut(PiprosError):
     __test__ = False  # pytest must not collect this class
 
 
+class RequiredNodeEnded(PiprosError):
+    """A `required` node exited during a test."""
+
+
 class SystemFixture(Protocol):
     """A running system for one test: a new or an existing master, and the launch file's nodes.
 
@@ -55,6 +59,7 @@ class SystemFixture(Protocol):
 
         Raises:
             TestProgramTimedOut: the program exceeded its time limit.
+            RequiredNodeEnded: a `required` node exited first.
         """
 
     def tear_down(self) -> None:
@@ -212,7 +217,11 @@ class Rostest:
             _say(f"removing previous test results file [{file}]")
         _say(f"running test {name}")
         arguments = [XML_OUTPUT_FLAG + str(file), *(["--text"] if self._plan.text else [])]
-        if not fixture.run_test(test, arguments):
+        try:
+            is_started = fixture.run_test(test, arguments)
+        except RequiredNodeEnded as error:
+            case.fail(str(error))
+        if not is_started:
             case.fail(f"test [{name}] failed to launch")
         _say(f"test [{name}] finished")
         if self._plan.text:

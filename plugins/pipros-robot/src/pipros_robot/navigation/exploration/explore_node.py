@@ -57,6 +57,8 @@ class ExploreNode:
             raise InvalidParameter(
                 f"~planner_frequency must be > 0, and all scales finite, got {rate} and {self._scales}"
             )
+        if not self._timeout_s >= 0:
+            raise InvalidParameter(f"~progress_timeout must be >= 0, got {self._timeout_s}")
         self._tolerance_s = given.number("transform_tolerance", 0.3)
         self._base = given.text("robot_base_frame", "base_link").lstrip("/")
         self._node, self._log, self._quiet, self._lock = node, log, Throttle(log, 5.0), threading.RLock()

@@ -124,6 +124,9 @@ class Alignment:
         """Convert coordinates in the world frame to latitude, longitude and altitude.
 
         The transform must be known.
+
+        Raises:
+            OutOfRange: the coordinates are too large for any place on earth.
         """
         x, y, z = composed(inverted(self._aligned()), (*position, *IDENTITY[3:]))[:3]
         if self.is_local:

@@ -98,10 +98,7 @@ def to_grid(
         OutOfRange: the latitude is not between -90 and 90, the longitude is not finite, or the position is
             too far from the zone.
     """
-    if not (abs(latitude) <= 90.0 and math.isfinite(longitude)):
-        raise OutOfRange(
-            f"latitude must be between -90 and 90 and longitude finite, got {latitude}, {longitude}"
-        )
+    _require_place(latitude, longitude)
     zone = standard_zone(latitude, longitude) if zone is None else zone
     if is_north is None or zone == 0:
         is_north = math.copysign(1.0, latitude) > 0
@@ -128,7 +125,13 @@ def to_grid(
 
 
 def from_grid(zone: int, is_north: bool, x: float, y: float) -> tuple[float, float]:
-    """Return the latitude and longitude of coordinates in a zone."""
+    """Return the latitude and longitude of coordinates in a zone.
+
+    Raises:
+        OutOfRange: a coordinate is not finite, or too large for any place on earth.
+    """
+    if not (abs(x) <= 2 * _NORTHING and abs(y) <= 2 * _NORTHING):
+        raise OutOfRange(f"the coordinates in zone {zone} must be at most {2 * _NORTHING:g} m, got {x}, {y}")
     if zone == 0:
         return _from_ups(is_north, x, y)
     north = (y - (0.0 if is_north else _NORTHING)) / (_SCALE * _RADIUS)
@@ -140,6 +143,13 @@ def from_grid(zone: int, is_north: bool, x: float, y: float) -> tuple[float, flo
     tangent = math.sin(xi) / math.hypot(math.sinh(eta), math.cos(xi))
     longitude = math.degrees(math.atan2(math.sinh(eta), math.cos(xi))) + 6 * zone - 183
     return math.degrees(math.atan(_geodetic(tangent))), math.remainder(longitude, 360.0)
+
+
+def _require_place(latitude: float, longitude: float) -> None:
+    if not (abs(latitude) <= 90.0 and math.isfinite(longitude)):
+        raise OutOfRange(
+            f"latitude must be between -90 and 90 and longitude finite, got {latitude}, {longitude}"
+        )
 
 
 def _to_ups(latitude: float, longitude: float, is_north: bool) -> GridPosition:
@@ -178,12 +188,16 @@ def _geodetic(conformal: float) -> float:
 
 
 class LocalPlane:
-    """Local east, north and up coordinates at an origin, computed via earth-centred coordinates."""
+    """Local east, north and up coordinates at an origin, computed via earth-centred coordinates.
+
+    Creating a plane and `forward` raise `OutOfRange` if the latitude is not between -90 and 90 or the
+    longitude is not finite.
+    """
 
     def __init__(self, latitude: float, longitude: float, altitude: float = 0.0) -> None:
+        self._origin = _to_earth(latitude, longitude, altitude)
         self._sines = math.sin(math.radians(latitude)), math.sin(math.radians(longitude))
         self._cosines = math.cos(math.radians(latitude)), math.cos(math.radians(longitude))
-        self._origin = _to_earth(latitude, longitude, altitude)
 
     def forward(self, latitude: float, longitude: float, altitude: float) -> tuple[float, float, float]:
         """Return the local coordinates of a position."""
@@ -213,6 +227,7 @@ class LocalPlane:
 
 def _to_earth(latitude: float, longitude: float, altitude: float) -> tuple[float, float, float]:
     """Return earth-centred coordinates, with x towards longitude 0 and z towards the north pole."""
+    _require_place(latitude, longitude)
     phi, turn = math.radians(latitude), math.radians(longitude)
     curvature = A / math.sqrt(1 - _E2 * math.sin(phi) ** 2)
     outwards = (curvature + altitude) * math.cos(phi)

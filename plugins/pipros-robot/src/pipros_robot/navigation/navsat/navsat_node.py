@@ -136,6 +136,10 @@ class NavsatNode:
 
     def _use_datum(self, position: Vector, orientation: Pose) -> None:
         """Use a position and orientation as the origin of the world frame."""
+        if not plane.is_measured((*position, *orientation[3:])):
+            raise OutOfRange(
+                f"position and orientation must be finite and known, got {position}, {orientation[3:]}"
+            )
         alignment = self._alignment
         alignment.set_fix(*position)
         self._has_datum = True
@@ -180,7 +184,7 @@ class NavsatNode:
                 if self._alignment.to_world is None and not self._has_datum:
                     self._alignment.set_fix(*position)
                 in_plane = self._alignment.in_plane(*position)
-            except (OutOfRange, ArithmeticError, ValueError) as error:
+            except OutOfRange as error:
                 self._throttle.warning("a fix is dropped: %s", error)
                 return
             self._fix = in_ns(message.header.stamp), in_plane
@@ -239,7 +243,11 @@ class NavsatNode:
             if self._filtered is not None and self._is_pose_new and self._pose is not None:
                 self._is_pose_new = False
                 stamp_ns, pose = self._pose
-                place = self._alignment.geographic(pose[:3])
+                try:
+                    place = self._alignment.geographic(pose[:3])
+                except OutOfRange as error:
+                    self._throttle.warning("no fix is published: %s", error)
+                    return
                 covariance = turned(inverted(self._alignment.to_world), self._pose_covariance)
                 self._filtered.publish(filtered_fix(self._base_frame, stamp_ns, place, covariance))
 

@@ -88,6 +88,13 @@ def test_positions_without_coordinates_are_refused() -> None:
     for place in ((91.0, 0.0), (math.nan, 0.0), (0.0, math.inf)):
         with pytest.raises(OutOfRange, match="latitude must be between -90 and 90"):
             to_grid(*place)
+        with pytest.raises(OutOfRange, match="latitude must be between -90 and 90"):
+            LocalPlane(*place)
+        with pytest.raises(OutOfRange, match="latitude must be between -90 and 90"):
+            LocalPlane(0.0, 0.0).forward(*place, 0.0)
+    for zone, x, y in ((31, 1e300, 0.0), (31, math.nan, 0.0), (31, 0.0, -math.inf), (0, 0.0, 1e200)):
+        with pytest.raises(OutOfRange, match=f"the coordinates in zone {zone} must be at most 2e.07 m"):
+            from_grid(zone, True, x, y)
     with pytest.raises(OutOfRange, match="more than 60 degrees from the centre of UTM zone 31"):
         to_grid(0.0, 100.0, 31)
     with pytest.raises(OutOfRange, match="too far from UTM zone 31"):
