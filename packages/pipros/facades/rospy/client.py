@@ -133,14 +133,17 @@ def _show_windows(cv2: Any) -> None:
 
 
 def spin() -> None:
-    """Wait until the node is shut down.
+    """Wait until the node is shut down. KeyboardInterrupt, which `disable_signals` permits, shuts it down.
 
     Raises:
         ROSInitException: init_node has not been called.
     """
     if session.node is None:
         raise ROSInitException("client code must call rospy.init_node() first")
-    session.node.wait_for_shutdown()
+    try:
+        session.node.wait_for_shutdown()
+    except KeyboardInterrupt:
+        session.end("keyboard interrupt")
 
 
 def on_shutdown(h: Callable[[], object]) -> None:

@@ -223,6 +223,26 @@ def test_disable_signals_leaves_them_alone(start: Start) -> None:
     assert (node.wait(), "KeyboardInterrupt" in node.output) == (-signal.SIGINT, True), node.output
 
 
+def test_spin_ends_the_node_on_ctrl_c_if_signals_are_disabled(start: Start) -> None:
+    code = HEAD.replace("init_node('node')", "init_node('node', disable_signals=True)")
+    node = start("rospy.spin()\nprint('goes on', rospy.is_shutdown(), flush=True)", code)
+    node.wait_for("ready")
+    node.send_signal(signal.SIGINT)
+    node.check(0, "hook False", "goes on True")
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_handler_from_before_the_node_comes_after_its_hooks(start: Start, number: int) -> None:
+    """Asked of genuine rospy: its handler shuts the node down, then calls the handler before it."""
+    code = "import signal, sys\ndef land(number, frame):\n    print('land', flush=True)\n    sys.exit(3)\n"
+    code += f"signal.signal({int(number)}, land)\n" + HEAD
+    node = start("rospy.spin()", code)
+    node.wait_for("ready")
+    node.send_signal(number)
+    assert node.wait() == 3
+    assert node.output.index("hook False") < node.output.index("land"), node.output
+
+
 def test_a_custom_signal_handler_is_respected(start: Start) -> None:
     body = """
 import os, signal

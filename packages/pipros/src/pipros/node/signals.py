@@ -55,6 +55,12 @@ interrupted.
 """
 
 
+_PREVIOUS_WAITS_S = 0.4
+"""How long a handler from before the node waits for the node's end: as in genuine rospy, it comes after the
+hooks. It does not wait longer, because the main thread may hold a lock that the shutdown needs.
+"""
+
+
 _before_suspension: WeakSet[Any] = WeakSet()
 
 
@@ -201,6 +207,9 @@ class Signals:
         one_thread.later(self._report, number)
         previous = self._previous_handlers[number]
         if callable(previous) and previous is not signal.default_int_handler:
+            deadline_s = time.monotonic() + _PREVIOUS_WAITS_S
+            while one_thread.has_threads() and not self._has_ended and time.monotonic() < deadline_s:
+                time.sleep(0.001)
             with contextlib.suppress(KeyboardInterrupt):
                 previous(number, frame)
 
