@@ -3,7 +3,7 @@
 
     script/bench cost [--only "cost Image 1 MB"] [--rounds 3] [--seconds 2] [--quick]
 
-The time is that of whole processes, with all threads, after some messages to warm up, divided by the number
+The time is that of whole processes, with all threads, after some messages and a second, divided by the number
 of messages; a lost message is an error. At full speed with a queue, a window limits the messages in transit.
 At the rates of cameras, "pipros over TCP" is pipros with PIPROS_LOCAL=off. `--only` takes no commas.
 """

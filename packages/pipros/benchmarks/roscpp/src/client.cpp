@@ -28,6 +28,7 @@
 namespace {
 
 constexpr int kWarmUp = 5;  // messages before the measured ones
+constexpr double kSettleS = 1.0;  // before the last of these
 
 using Clock = std::chrono::steady_clock;
 
@@ -84,10 +85,9 @@ void source(int size, int queue, int window, double seconds, unsigned peers, dou
       "ack", 10, [&](const std_msgs::Int32::ConstPtr& each) { acknowledged = each->data; }, {}, kNoDelay);
   while (publisher.getNumSubscribers() < peers || end.getNumSubscribers() < peers) handleCallbacks(0.01);
   for (int i = 0; i < kWarmUp; ++i) {
+    ros::WallDuration(i == kWarmUp - 1 ? kSettleS : 0.02).sleep();
     publisher.publish(message);
-    ros::WallDuration(0.02).sleep();
   }
-  ros::WallDuration(0.3).sleep();
 
   int sent = kWarmUp;
   const double processor_before = processorSeconds();
