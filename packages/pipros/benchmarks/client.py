@@ -20,7 +20,7 @@ import xmlrpc.client
 
 from worlds import answer, compare, finish, imported_ms, init, message, one_process, open_worlds, say
 
-WARM_UP = 5  # messages before the measured ones; this and the next number are the same in roscpp/src/client.cpp
+WARM_UP = 5  # messages before the measured ones; both numbers are the same in roscpp/src/client.cpp
 SETTLE_S = 1.0  # before the last of these: what nodes still do after their start does not belong to messages
 
 # ---- workers: in their own processes, with the public rospy API only
