@@ -6,7 +6,8 @@ Defaults replace parameters that are unset or have another type, also if the mas
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+import sys
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import fields
 from itertools import takewhile
 from typing import Any, TypeGuard, TypeVar
@@ -17,6 +18,8 @@ from pipros.node import Node
 __all__ = ["InvalidParameter", "PrivateParameters", "read_parameters"]
 
 _INT = 2**31
+_MOST = 1e9
+"""The greatest number in a field of a dataclass: neither its square nor its nanoseconds overflow."""
 
 Value = TypeVar("Value")
 
@@ -110,19 +113,40 @@ class PrivateParameters:
     def text(self, name: str, default: str) -> str:
         return read(self.values.get(name), default)
 
-    def number(self, name: str, default: float) -> float:
-        return read(self.values.get(name), float(default))
+    def number(
+        self, name: str, default: float, most: float = sys.float_info.max, *, is_endless: bool = False
+    ) -> float:
+        """Return a number.
+
+        Raises:
+            InvalidParameter: it is NaN, but the default is not; or it is further from 0 than `most`, the
+                default is finite, and not `is_endless`.
+        """
+        value = read(self.values.get(name), float(default))
+        is_bounded = math.isfinite(default) and not is_endless
+        if (math.isnan(value) and not math.isnan(default)) or (is_bounded and abs(value) > most):
+            rule = f"from -{most:g} to {most:g}" if math.isfinite(value) else "a finite number"
+            raise InvalidParameter(f"{self._name}{name} must be {rule}, got {value}")
+        return value
 
     def integer(self, name: str, default: int) -> int:
         return read(self.values.get(name), default)
 
-    def read(self, kind: type[Value], **known: Any) -> Value:
+    def read(self, kind: type[Value], endless: Container[str] = (), **known: Any) -> Value:
         """Create an instance of a dataclass. Fields that are not in `known`, and have a default of type bool,
-        int, float or str, are read from parameters of the same names.
+        int, float or str, are read from parameters of the same names. Those in `endless` may be infinite.
+
+        Raises:
+            InvalidParameter: a number is NaN or huge; see `number`.
         """
-        readers: Any = {bool: self.boolean, int: self.integer, float: self.number, str: self.text}
+        readers: Any = {bool: self.boolean, int: self.integer, str: self.text}
         for each in fields(kind):  # type: ignore[arg-type]
-            if each.name not in known and type(each.default) in readers:
+            if each.name in known:
+                continue
+            if type(each.default) is float:
+                is_endless = each.name in endless
+                known[each.name] = self.number(each.name, each.default, _MOST, is_endless=is_endless)
+            elif type(each.default) in readers:
                 known[each.name] = readers[type(each.default)](each.name, each.default)
         return kind(**known)
 
@@ -130,13 +154,13 @@ class PrivateParameters:
         """Return a list of numbers, or `default` if the parameter is not set.
 
         Raises:
-            InvalidParameter: the parameter is not a list of `length` numbers, or is missing and `default` is
-                empty.
+            InvalidParameter: the parameter is not a list of `length` finite numbers, or is missing and
+                `default` is empty.
         """
         if name not in self.values and default:
             return tuple(map(float, default))
         found = converted_list(self.values.get(name), float)
-        if found is None or len(found) != length:
+        if found is None or len(found) != length or not all(map(math.isfinite, found)):
             value = self.values.get(name)
             raise InvalidParameter(f"{self._name}{name} must be a list of {length} numbers, got {value!r}")
         return tuple(found)

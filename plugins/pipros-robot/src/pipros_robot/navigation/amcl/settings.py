@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from math import isfinite, pi
 from typing import Final
 
-from pipros_libraries.nodes.params import InvalidParameter, PrivateParameters
+from pipros_libraries.nodes.params import InvalidParameter, PrivateParameters, read
 from pipros_libraries.reconfiguring.declared import tunable
 
 LASER_MODELS: Final = ("beam", "likelihood_field", "likelihood_field_prob")
+MOST_PARTICLES: Final = 500_000
 ODOMETRY_MODELS: Final = ("diff", "omni", "diff-corrected", "omni-corrected")
 
 
@@ -111,16 +112,12 @@ def checked(settings: AmclSettings) -> AmclSettings:
     frame IDs.
 
     Raises:
-        InvalidParameter: the limits of the number of particles are invalid, or a number is not finite.
+        InvalidParameter: the limits of the number of particles are invalid.
     """
-    for each in fields(settings):
-        value = getattr(settings, each.name)
-        if isinstance(value, float) and not isfinite(value):
-            raise InvalidParameter(f"~{each.name} must be a finite number, got {value}")
     most = max(settings.max_particles, settings.min_particles)
-    if most < 1 or settings.min_particles < 0:
+    if not 1 <= most <= MOST_PARTICLES or settings.min_particles < 0:
         raise InvalidParameter(
-            "~max_particles must be >= 1 and ~min_particles >= 0, "
+            f"~max_particles must be from 1 to {MOST_PARTICLES} and ~min_particles >= 0, "
             f"got {settings.max_particles} and {settings.min_particles}"
         )
     laser, odometry = settings.laser_model_type, settings.odom_model_type
@@ -156,7 +153,8 @@ def read_belief(parameters: PrivateParameters) -> tuple[Belief, list[str]]:
     """
     names = {"x": "pose_x", "y": "pose_y", "yaw": "pose_a", "xx": "cov_xx", "yy": "cov_yy", "aa": "cov_aa"}
     usual = Belief()
-    found = {each: parameters.number(f"initial_{name}", getattr(usual, each)) for each, name in names.items()}
+    given = parameters.values
+    found = {each: read(given.get(f"initial_{name}"), getattr(usual, each)) for each, name in names.items()}
     ignored = [each for each, value in found.items() if not isfinite(value)]
     kept = {each: value for each, value in found.items() if each not in ignored}
     return Belief(**kept), [f"initial_{names[each]}" for each in ignored]

@@ -367,7 +367,8 @@ def _source_settings(costmap: CostmapCore, namespace: str, name: str) -> SourceS
     }
     values = PrivateParameters({**given.values, **found})
     frame = given.text("sensor_frame", "").lstrip("/")
-    settings = values.read(SourceSettings, topic=given.text("topic", name), sensor_frame=frame)
+    endless = ("min_obstacle_height", "max_obstacle_height", "obstacle_range", "raytrace_range")
+    settings = values.read(SourceSettings, endless, topic=given.text("topic", name), sensor_frame=frame)
     for name in ("observation_persistence", "expected_update_rate"):
         if not 0 <= (value := getattr(settings, name)) < _LONGEST_S:
             raise InvalidParameter(f"{namespace}/{name} must be from 0 to {_LONGEST_S:g} s, got {value:g}")

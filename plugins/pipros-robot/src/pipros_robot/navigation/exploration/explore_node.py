@@ -47,16 +47,14 @@ class ExploreNode:
         """
         given = read_parameters(node)
         rate = given.number("planner_frequency", 1.0)
-        self._timeout_s = given.number("progress_timeout", 30.0)
+        self._timeout_s = given.number("progress_timeout", 30.0, is_endless=True)
         self._scales = {
             "potential_scale": given.number("potential_scale", 1e-3),
             "gain_scale": given.number("gain_scale", 1.0),
             "least_m": given.number("min_frontier_size", 0.5),
         }
-        if not 0 < rate < math.inf or not all(map(math.isfinite, self._scales.values())):
-            raise InvalidParameter(
-                f"~planner_frequency must be > 0, and all scales finite, got {rate} and {self._scales}"
-            )
+        if not rate > 0:
+            raise InvalidParameter(f"~planner_frequency must be > 0, got {rate}")
         if not self._timeout_s >= 0:
             raise InvalidParameter(f"~progress_timeout must be >= 0, got {self._timeout_s}")
         self._tolerance_s = given.number("transform_tolerance", 0.3)

@@ -121,7 +121,7 @@ class ExtendedKalmanFilter:
         innovation = self._innovation(measurement, indices)
         mixed = self.covariance[:, indices]
         inverse = np.linalg.inv(mixed[indices] + noise)
-        if not innovation @ inverse @ innovation < measurement.threshold**2:
+        if not innovation @ inverse @ innovation < measurement.threshold * measurement.threshold:
             return False
         gain = mixed @ inverse
         self.state = self._normal(self.state + gain @ innovation)

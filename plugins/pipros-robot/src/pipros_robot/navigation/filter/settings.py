@@ -122,7 +122,11 @@ def make_timeline(parameters: PrivateParameters, *, unscented: bool) -> Timeline
         options["control"] = _read_control(parameters, timeout_s)
     if unscented:
         spread = {"alpha": 0.001, "kappa": 0.0, "beta": 2.0}
-        options |= {name: parameters.number(name, default) for name, default in spread.items()}
+        options |= {name: parameters.number(name, default, 1e9) for name, default in spread.items()}
+        alpha, kappa = options["alpha"], options["kappa"]
+        if not alpha**2 * (SIZE + kappa) > 0:
+            rule = f"~alpha must not be 0, and ~kappa must be > {-SIZE}"
+            raise InvalidParameter(f"{rule}, got {alpha} and {kappa}")
     kalman = (UnscentedKalmanFilter if unscented else ExtendedKalmanFilter)(**options)
     smooths = parameters.boolean("smooth_lagged_data", False)
     return Timeline(

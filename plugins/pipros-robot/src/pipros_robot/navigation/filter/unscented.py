@@ -52,7 +52,7 @@ class UnscentedKalmanFilter(ExtendedKalmanFilter):
         inverse = np.linalg.inv(spread + noise)
         innovation = measurement.values[indices] - predicted[indices]
         innovation = self._differences(innovation[None], np.zeros(len(indices)), indices)[0]
-        if not innovation @ inverse @ innovation < measurement.threshold**2:
+        if not innovation @ inverse @ innovation < measurement.threshold * measurement.threshold:
             return False
         gain = self._product(apart, measured) @ inverse
         self.state = self._normal(self.state + gain @ innovation)

@@ -64,6 +64,9 @@ class HectorSettings:
     pose_update_topic: str = "poseupdate"
 
 
+_ENDLESS: Final = ("laser_max_dist", "laser_z_min_value", "laser_z_max_value")
+
+
 class HectorNode:
     """Builds a map, and localises the robot on it. Callbacks run in several threads and share one lock."""
 
@@ -73,7 +76,8 @@ class HectorNode:
         Raises:
             InvalidParameter: a parameter has an invalid value.
         """
-        self._settings = settings = _checked(read_parameters(node).read(HectorSettings), MAPPED_CELLS)
+        given = read_parameters(node).read(HectorSettings, _ENDLESS)
+        self._settings = settings = _checked(given, MAPPED_CELLS)
         self._base, self._map, self._odom = (
             each.lstrip("/") for each in (settings.base_frame, settings.map_frame, settings.odom_frame)
         )
@@ -242,8 +246,10 @@ def _checked(settings: HectorSettings, most_cells: int) -> HectorSettings:
     for name in ("map_resolution", "map_pub_period", "map_size", "map_multi_res_levels"):
         if not 0 < getattr(settings, name) < math.inf:
             raise InvalidParameter(f"~{name} must be > 0 and finite, got {getattr(settings, name)}")
-    if settings.map_size**2 > most_cells:
-        raise InvalidParameter(f"~map_size must be at most {math.isqrt(most_cells)}, got {settings.map_size}")
+    least, most = 2 ** min(settings.map_multi_res_levels, 30), math.isqrt(most_cells)
+    if not least <= settings.map_size <= most:
+        rule = f"from {least} (2 to the power of ~map_multi_res_levels) to {most}"
+        raise InvalidParameter(f"~map_size must be {rule}, got {settings.map_size}")
     for name in ("update_factor_free", "update_factor_occupied"):
         if not 0 < getattr(settings, name) < 1:
             raise InvalidParameter(f"~{name} must be > 0 and < 1, got {getattr(settings, name)}")

@@ -7,9 +7,16 @@ from math import isfinite
 from typing import Final
 
 from pipros_libraries.nodes.params import InvalidParameter, PrivateParameters
+from pipros_robot.navigation.plane import MAPPED_CELLS
 
 LONGEST_M: Final = 1000.0
 """Longer ranges are ignored, whatever maximum range the laser reports."""
+
+
+_MOST: Final = {
+    "particles": 10_000, "kernelSize": 100, "iterations": 1000, "lskip": 100_000,
+    **dict.fromkeys(("srr", "srt", "str", "stt"), 1e9),
+}  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,15 +81,22 @@ def read_settings(parameters: PrivateParameters) -> MappingSettings:
         map_frame=settings.map_frame.lstrip("/"),
         odom_frame=settings.odom_frame.lstrip("/"),
     )
-    if not isfinite(settings.tf_delay):
-        settings = replace(settings, tf_delay=settings.transform_publish_period)
+    delay_s = parameters.number("tf_delay", settings.transform_publish_period, 1e9)
+    settings = replace(settings, tf_delay=delay_s)
     for name in ("delta", "sigma", "lsigma", "ogain", "lstep", "astep", "particles", "throttle_scans"):
         if not 0 < getattr(settings, name) < float("inf"):
             raise InvalidParameter(f"~{name} must be > 0 and finite, got {getattr(settings, name)}")
+    for name, most in _MOST.items():
+        if not 0 <= getattr(settings, name) <= most:
+            raise InvalidParameter(f"~{name} must be from 0 to {most:g}, got {getattr(settings, name)}")
     for low, high in (("xmin", "xmax"), ("ymin", "ymax")):
         ends = getattr(settings, low), getattr(settings, high)
-        if not (all(map(isfinite, ends)) and ends[1] - ends[0] >= settings.delta):
+        if not ends[1] - ends[0] >= settings.delta:
             raise InvalidParameter(
-                f"~{low} must be at least a cell below ~{high}, and both finite, got {ends[0]} and {ends[1]}"
+                f"~{low} must be at least a cell (~delta) below ~{high}, got {ends[0]} and {ends[1]}"
             )
+    width, height = settings.xmax - settings.xmin, settings.ymax - settings.ymin
+    if width * height / settings.delta**2 > MAPPED_CELLS:
+        limits = f"~xmin to ~xmax, and ~ymin to ~ymax, must have at most {MAPPED_CELLS} cells of ~delta"
+        raise InvalidParameter(f"{limits}, got {width:g} X {height:g} m, {settings.delta:g} m per cell")
     return settings
