@@ -119,16 +119,11 @@ class Buffer(BufferCore, BufferInterface):
         return result if return_debug_tuple else result[0]
 
     def _wait(self, ask: Callable[[], tuple[int, str]], timeout: Any) -> tuple[int, str]:
-        """Call `ask` now and after each new transform, until it succeeds or the timeout expires.
+        """Call `ask` now and after each new transform, until it succeeds, time runs out or the node ends.
 
         Return the last result.
         """
         result, limit = ask(), in_ns(timeout)
         if result[0] or not limit:
             return result
-        return self._buffer.waiter.wait(ask, limit, rospy.rostime.clock, _check_for_shutdown)
-
-
-def _check_for_shutdown() -> None:
-    if rospy.is_shutdown():
-        raise rospy.ROSInterruptException("node was shut down while waiting for a transform")
+        return self._buffer.waiter.wait(ask, limit, rospy.rostime.clock, rospy.is_shutdown)

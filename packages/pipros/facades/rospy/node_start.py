@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import atexit
 import os
 import sys
 import warnings
@@ -12,7 +11,6 @@ from typing import Any
 
 from pipros.basics import names
 from pipros.basics.errors import Interrupted
-from pipros.basics.posix import call_in_children
 from pipros.node import Node
 from pipros.node.logger_services import serve_loggers
 from pipros.node.missing_master import NoMaster
@@ -141,10 +139,6 @@ def _start(
     session.node = node
     if handles_signals:
         session.signals.listen(node)
-    atexit.unregister(session.end)
-    atexit.register(session.end, "atexit")
-    # the exit of a forked child must not end the node
-    call_in_children(lambda: atexit.unregister(session.end))
     try:
         node.wait_for_master(lambda _: _warn_no_master(node))
         _take_arguments(session, node)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import logging
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
@@ -35,6 +36,10 @@ ErrorHandler = Callable[[BaseException, type[BaseException], BaseException, Any]
 
 class ServiceException(Exception):
     """A service call failed, or a service cannot be registered."""
+
+
+class CallInterrupted(ServiceException, ROSInterruptException):
+    """The node was shut down during a call. Genuine rospy raises one of the two, depending on the moment."""
 
 
 class TypedServiceClass(ServiceClass, Protocol[_Request_co, _Response_co]):
@@ -146,14 +151,16 @@ class Service:
             self._node.endpoints.stop_serving(self._server)
 
     def spin(self) -> None:
-        """Wait until the node is shut down.
+        """Wait until the service or the node is shut down, or for KeyboardInterrupt.
 
         Raises:
             ROSInitException: init_node has not been called.
         """
         if session.node is None:
             raise ROSInitException("client code must call rospy.init_node() first")
-        session.node.wait_for_shutdown()
+        with contextlib.suppress(KeyboardInterrupt):
+            while not (self._is_shut_down or session.node.wait_for_shutdown(0.5)):
+                pass
 
     def _respond(self, request: Message) -> Message:
         try:
@@ -251,7 +258,7 @@ class ServiceProxy(Generic[Request, Response]):
 
         Raises:
             ServiceException: the service does not exist, it replied with an error, or the timeout expired.
-            ROSInterruptException: the node was shut down while waiting.
+            CallInterrupted: the node was shut down while waiting.
             TypeError, AttributeError: the arguments do not fit the request.
             genpy.SerializationError: a value does not fit the type of its field. Nothing was sent.
         """
@@ -266,7 +273,7 @@ class ServiceProxy(Generic[Request, Response]):
             response: Response = self._client.call(request, None if timeout is None else in_seconds(timeout))
         except ServiceFailed as error:
             if session.is_shutdown:
-                raise ROSInterruptException("node shutdown interrupted service call") from None
+                raise CallInterrupted("node shutdown interrupted service call") from None
             raise ServiceException(str(error)) from None
         return response
 

@@ -5,6 +5,7 @@ All of rospy's state is in the `session` object at the end of this module.
 
 from __future__ import annotations
 
+import atexit
 import os
 import threading
 import time
@@ -227,9 +228,14 @@ class Session:
         calls.interrupt()
         hooks.call_last(reason)
 
+    def end_at_exit(self) -> None:
+        if self.process_id in (0, os.getpid()):  # the exit of a forked child must not end the node
+            self.end("atexit")
+
     def end_by_request(self, reason: str) -> None:
         print(f"shutdown request: {reason}", flush=True)
         self.end(f"external shutdown request: {reason}")
 
 
 session = Session()
+atexit.register(session.end_at_exit)  # first, so that handlers of the program can still publish

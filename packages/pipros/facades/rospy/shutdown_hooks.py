@@ -17,7 +17,7 @@ THREAD_END_S = 5.0
 
 
 class ShutdownHooks:
-    """Hooks, in the order in which they are called. Exceptions from a hook are logged.
+    """Hooks, in the order in which they are called. Exceptions from a hook, even SystemExit, are logged.
 
     Attributes:
         client: called without arguments, while publishing still works.
@@ -64,8 +64,8 @@ class ShutdownHooks:
         self._call([partial(thread.join, THREAD_END_S) for thread in self.threads if thread.is_alive()])
 
     def _call(self, hooks: Sequence[Hook], *args: object) -> None:
-        for hook in list(hooks):
+        for hook in hooks:  # not of a copy: hooks can add hooks
             try:
                 hook(*args)
-            except Exception:
+            except BaseException:
                 self._log.exception("a shutdown hook failed")

@@ -32,7 +32,11 @@ rospy.spin()
 CALL_HANGS = """
 rospy.Service('slow', Empty, lambda _: (print('in call', flush=True), time.sleep(1000)))
 rospy.wait_for_service('slow')
-rospy.ServiceProxy('slow', Empty)()
+try:
+    rospy.ServiceProxy('slow', Empty)()
+except rospy.ServiceException as error:
+    assert isinstance(error, rospy.ROSInterruptException)  # genuine rospy raises one or the other
+    raise rospy.ROSInterruptException(error)
 """
 
 CALL_IS_ANSWERED = """
@@ -166,6 +170,26 @@ def test_hooks_are_called_without_a_node(start: Start) -> None:
     )
     node = start(program, head="")
     assert (node.wait(), node.output.split()) == (0, ["client", "reason", "last"])
+
+
+@pytest.mark.parametrize("init", ["", "rospy.init_node('node')\n"])
+def test_hooks_may_exit_and_add_hooks_and_come_after_exit_handlers(start: Start, init: str) -> None:
+    """Asked of genuine rospy."""
+    head = "import atexit, sys, rospy\natexit.register(lambda: print('exit', rospy.is_shutdown()))\n" + init
+    node = start(
+        "rospy.on_shutdown(lambda: (rospy.on_shutdown(lambda: print('last')), sys.exit(5)))\n"
+        "rospy.on_shutdown(lambda: print('next'))\n",
+        head,
+    )
+    assert node.wait() == 0
+    wanted = ["exit False", "next", "last"]
+    assert [line for line in node.output.split("\n") if line in wanted] == wanted, node.output
+
+
+def test_spin_of_a_service_ends_with_the_service(start: Start) -> None:
+    body = "service = rospy.Service('a', Empty, print)\nthreading.Timer(0.1, service.shutdown).start()\n"
+    node = start(body + "service.spin()\nprint('goes on', rospy.is_shutdown(), flush=True)\n")
+    node.check(0, "goes on False")
 
 
 def press_until_ended(node: Process) -> None:

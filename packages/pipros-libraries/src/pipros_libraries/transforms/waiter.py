@@ -54,7 +54,7 @@ class TransformWaiter:
 
         Return the last result of `ask`. `timeout` is in nanoseconds on `clock()`. If this clock jumps back to
         more than 3 s before the start of the wait, the wait times out. `check` is called before each pause;
-        if it raises an exception, the wait ends.
+        the wait ends if it returns True or raises an exception.
         """
         end = clock().now_ns() + timeout
         with self._changed:
@@ -64,7 +64,8 @@ class TransformWaiter:
                     left = end - clock().now_ns()
                     if not 0 < left <= timeout + _JUMP_NS:
                         break
-                    check()
+                    if check():
+                        break
                     self._changed.wait(_SLICE_S if clock().is_simulated else min(left / NS_PER_S, _SLICE_S))
             finally:
                 self.waiting -= 1

@@ -108,6 +108,12 @@ def test_a_pose_without_a_rotation_is_not_rotated() -> None:
     assert (moved.pose.position.x, moved.pose.orientation.w) == (4.0, 1.0)
 
 
+def test_a_wait_ends_without_an_exception_when_the_node_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As in genuine ROS: programs catch the exceptions of tf2 only."""
+    monkeypatch.setattr(rospy, "is_shutdown", lambda: True)
+    assert not tf2_ros.Buffer(debug=False).can_transform("a", "b", rospy.Time(), rospy.Duration(60))
+
+
 def test_the_base_interface_raises_not_implemented() -> None:
     with pytest.raises(tf2_ros.NotImplementedException):
         tf2_ros.BufferInterface().can_transform("a", "b", rospy.Time(0))

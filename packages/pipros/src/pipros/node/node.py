@@ -378,7 +378,7 @@ class Node(TopicsAndServices):
         for hook in list(self._shutdown_hooks):
             try:
                 hook()
-            except Exception:
+            except BaseException:  # even sys.exit in a hook must not leave the node half ended
                 self.log.exception("a shutdown hook of %s failed", self.name)
 
     def __enter__(self) -> Node:
