@@ -308,7 +308,10 @@ def test_gmapping_goes_on(make: Any, topic: str, is_first: bool) -> None:
     assert not failed
 
 
-@pytest.mark.parametrize("topic", ["/move_base_simple/goal", "/odom", "/scan", "/move_base/cancel"])
+PLANS = ["~make_plan", "~NavfnROS/make_plan"]
+
+
+@pytest.mark.parametrize("topic", ["/move_base_simple/goal", "/odom", "/scan", "/move_base/cancel", *PLANS])
 def test_move_base_goes_on(make: Any, topic: str) -> None:
     settings = deepcopy(dict(PARAMETERS["move_base"]))
     settings["global_costmap"] = {
@@ -336,13 +339,14 @@ def test_move_base_goes_on(make: Any, topic: str) -> None:
     commands = node.sent["/cmd_vel"]
     inputs = {"/move_base_simple/goal": goal, "/odom": odometry, "/scan": scan,
               "/move_base/cancel": partial(message, "actionlib_msgs/GoalID", stamp=now())}  # fmt: skip
+    for service in PLANS:
+        node.inputs[service] = [answering(node, service)]
+        inputs[service] = lambda: load_service_class("nav_msgs/GetPlan")._request_class(goal(), goal(), 9.0)
 
     def has_effect() -> bool:
         nonlocal goals
         goals += 1
         before = len(commands)
-        node.give("/move_base/cancel", message("actionlib_msgs/GoalID"))
-        work.cycle()
         node.give("/odom", odometry(0.0))
         node.give("/tf", transforms("odom", BASE))
         node.give("/scan", scan())
@@ -350,6 +354,8 @@ def test_move_base_goes_on(make: Any, topic: str) -> None:
         for _ in range(3):
             node.give("/tf", transforms("odom", BASE))
             work.cycle()
+        node.give("/move_base/cancel", message("actionlib_msgs/GoalID"))
+        work.cycle()
         sent = commands[before:]
         return any(each.linear.x > 0 or each.angular.z for each in sent) and all(map(finite, sent))
 

@@ -16,11 +16,12 @@ def vector_of(message: Any) -> Vector:
 def pose_of(position: Any, rotation: Any) -> Pose:
     """Return the pose for a position and a Quaternion.
 
-    A quaternion of four zeros, the default, means no rotation.
+    A quaternion of four zeros, the default, means no rotation, as does one whose square is 0.
     """
-    if rotation.x == rotation.y == rotation.z == rotation.w == 0:
+    x, y, z, w = rotation.x, rotation.y, rotation.z, rotation.w
+    if x * x + y * y + z * z + w * w == 0:
         return (position.x, position.y, position.z, *IDENTITY[3:])
-    return (position.x, position.y, position.z, rotation.x, rotation.y, rotation.z, rotation.w)
+    return (position.x, position.y, position.z, x, y, z, w)
 
 
 def pose_of_transform(transform: Any) -> Pose:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Iterator
-from typing import Any
+from itertools import islice
+from typing import Any, Final
 
 import numpy as np
 
@@ -20,6 +21,9 @@ from pipros_robot.navigation.costmap.layered import Pose2D
 from pipros_robot.navigation.move_base.settings import MoveBaseSettings
 from pipros_robot.navigation.navfn.navfn_node import NavfnPlanner
 from pipros_robot.navigation.plane import Triple
+
+_TRIES: Final = 10_000
+"""The most poses beside a goal to which a plan is sought: up to 7 m away, with cells of 0.05 m."""
 
 
 class PlanService:
@@ -69,7 +73,11 @@ class PlanService:
             self._free_surroundings()
         if goal is None:
             return None
-        for tried in (goal, *_around(goal, request.tolerance, global_map.grid.resolution)):
+        near = _around(goal, request.tolerance, global_map.grid.resolution)
+        for tried in (goal, *islice(near, _TRIES)):
+            if self._is_active():
+                self._log.error("make_plan ends, because move_base has a goal now")
+                raise CallFailed
             plan = self._planner.make_plan(Pose2D(*start), Pose2D(*tried))
             if plan is not None:
                 if tried != goal and self._settings().make_plan_add_unreachable_goal:
@@ -93,7 +101,7 @@ def _around(goal: Triple, tolerance: float, resolution: float) -> Iterator[Tripl
     step = 3 * resolution
     if 0 < tolerance < step:
         step = tolerance
-    for ring in range(1, int(tolerance / step + 1e-6) + 1 if tolerance > 0 else 1):
+    for ring in range(1, int(min(tolerance, plane.MOST) / step + 1e-6) + 1 if tolerance > 0 else 1):
         for up in range(ring + 1):
             for across in range(ring + 1):
                 if max(up, across) == ring:

@@ -97,8 +97,9 @@ class NavfnPlanner:
 
         The tolerance applies to x and y separately.
         """
-        steps = math.floor(2 * self._tolerance / grid.resolution + 1e-9) + 1
-        offsets = [at * grid.resolution - self._tolerance for at in range(min(steps, 2 * grid.width + 1))]
+        tolerance = min(self._tolerance, max(grid.width, grid.height) * grid.resolution)
+        steps = math.floor(2 * tolerance / grid.resolution + 1e-9) + 1
+        offsets = [at * grid.resolution - tolerance for at in range(steps)]
         best: Pose2D | None = None
         best_distance = math.inf
         for y in offsets:
