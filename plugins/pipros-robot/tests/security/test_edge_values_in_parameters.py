@@ -22,6 +22,9 @@ from pipros_robot.navigation.laser_matcher.laser_matcher_node import LaserMatche
 from pipros_robot.navigation.mapping.gmapping_node import GmappingNode
 from pipros_robot.navigation.navsat.navsat_node import NavsatNode
 from pipros_robot.navigation.pose_ekf.pose_ekf_node import PoseEkfNode
+from pipros_robot.perception.drivers.urg_node import UrgNode
+from pipros_robot.perception.laser.assembler_node import LaserScanAssembler
+from pipros_robot.perception.laser.chain_node import ScanToCloudFilterChain, ScanToScanFilterChain
 from tests.graph.unlinked import Unlinked
 from tests.security.test_edge_values_in_messages import FILTER, FILTER_INPUTS, NAVSAT_INPUTS
 from tests.security.test_edge_values_in_messages import make as make
@@ -115,3 +118,16 @@ def test_a_parameter_is_refused_by_its_name_or_harmless(
         except Exception as error:
             wrong.append(f"~{name} = {value}: {type(error).__name__}: {error}")
     assert not wrong, "\n".join(wrong)
+
+
+@pytest.mark.parametrize(("name", "made"), [
+    ("notifier_tolerance", ScanToCloudFilterChain), ("tf_message_filter_tolerance", ScanToScanFilterChain),
+    ("tf_cache_time_secs", LaserScanAssembler), ("diagnostics_window_time", partial(UrgNode, log=LOG)),
+])  # fmt: skip
+@pytest.mark.parametrize("value", [math.nan, -math.inf, 1e308])
+def test_a_time_that_is_none_is_refused_by_its_name(
+    make: Unlinked, name: str, made: Any, value: float
+) -> None:
+    node = make("perception", {name: value, "tf_message_filter_target_frame": "map", "ip_address": "::1"})
+    with pytest.raises(InvalidParameter, match=f"~{name}"):
+        made(node)

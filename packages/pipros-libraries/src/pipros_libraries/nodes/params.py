@@ -47,6 +47,16 @@ def number(node: Node, name: str, default: float) -> float:
     return value if math.isfinite(value) else default
 
 
+def private_ns(node: Node, name: str, default_s: float) -> int:
+    """Return a private parameter in seconds as nanoseconds.
+
+    Raises:
+        InvalidParameter: it is NaN or huge.
+    """
+    given = PrivateParameters({name: raw(node, name)})
+    return round(given.number(name, default_s, _MOST) * 1_000_000_000)
+
+
 def read(value: Any, default: Value) -> Value:
     """Return a parameter in the type of `default`, or `default` if roscpp does not convert it."""
     found: Any = converted(value, type(default))

@@ -16,7 +16,7 @@ from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S, Time
 from pipros.node import Node
 from pipros.node.roscpp_program import roscpp_program
-from pipros_libraries.nodes.params import private
+from pipros_libraries.nodes.params import InvalidParameter, private
 from pipros_libraries.nodes.retrying import DeviceError, DevicePort, Driver
 from pipros_libraries.reconfiguring.server import Reconfigurable, Setting, Value
 from pipros_robot.perception.drivers.streams import Stream, network_port, serial_port
@@ -220,6 +220,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     with roscpp_program("urg_node", "urg_node", argv) as (node, log):
         try:
             return UrgNode(node, log).run()
-        except MissingExtra as error:
+        except (MissingExtra, InvalidParameter) as error:
             log.critical("%s", error)
             return 1

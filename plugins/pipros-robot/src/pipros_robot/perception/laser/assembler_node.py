@@ -10,7 +10,7 @@ from pipros.basics.throttle import Throttle
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.time import NS_PER_S, Time
 from pipros.node import Node
-from pipros_libraries.nodes.params import private
+from pipros_libraries.nodes.params import private, private_ns
 from pipros_libraries.nodes.program import run_node
 from pipros_libraries.transforms.errors import TransformException
 from pipros_libraries.transforms.listener import TransformGate, TransformListener
@@ -52,7 +52,7 @@ class LaserScanAssembler:
             node.log.error("~max_scans must be >= 0, got %d: using %d", size, SCANS)
         self._assembler = Assembler(size if size >= 0 else SCANS, private(node, "downsample_factor", 1))
         self._ignores_motion = private(node, "ignore_laser_skew", True)
-        self._length_ns = max(round(private(node, "tf_cache_time_secs", 10.0) * NS_PER_S), 0)
+        self._length_ns = max(private_ns(node, "tf_cache_time_secs", 10.0), 0)
         self._listener = TransformListener(node, self._length_ns)
         self._chain = ScanChain(node, ("filters",), self._listener)
         for name in ("build_cloud", "assemble_scans"):

@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 from pipros.basics.throttle import Throttle
 from pipros.msg import load_message_class
-from pipros.msg.time import NS_PER_S
 from pipros.node import Node
 from pipros.node.clock import stamp
-from pipros_libraries.nodes.params import private, raw
+from pipros_libraries.nodes.params import private, private_ns, raw
 from pipros_libraries.reconfiguring.server import Reconfigurable
 from pipros_libraries.transforms.errors import TransformException
 from pipros_libraries.transforms.listener import TransformGate, TransformListener
@@ -137,10 +136,8 @@ class ScanToScanFilterChain:
         self._output = node.advertise("scan_filtered", scan_class, queue_size=1000)
         receive: Callable[[Any], object] = self._on_scan
         if self._listener is not None:
-            tolerance_s = private(node, "tf_message_filter_tolerance", 0.03)
-            gate = TransformGate(
-                self._listener, target, QUEUE_SIZE, self._on_scan, tolerance_ns=round(tolerance_s * NS_PER_S)
-            )
+            tolerance_ns = private_ns(node, "tf_message_filter_tolerance", 0.03)
+            gate = TransformGate(self._listener, target, QUEUE_SIZE, self._on_scan, tolerance_ns=tolerance_ns)
             receive = gate.add
         self._input = node.subscribe("scan", scan_class, receive, queue_size=QUEUE_SIZE)
 
@@ -177,7 +174,7 @@ class ScanToCloudFilterChain:
         self._chain = ScanChain(node, names, self._listener)
         cloud_class: type[PointCloud2] = load_message_class("sensor_msgs/PointCloud2")
         self._output = node.advertise("cloud_filtered", cloud_class, queue_size=10)
-        tolerance_ns = round(private(node, "notifier_tolerance", 0.03) * NS_PER_S)
+        tolerance_ns = private_ns(node, "notifier_tolerance", 0.03)
         self._gate = TransformGate(
             self._listener, self._target, QUEUE_SIZE, self._on_scan, tolerance_ns=tolerance_ns
         )

@@ -9,7 +9,7 @@ from typing import Final
 from pipros.node import Node
 from pipros_libraries.diagnostics.frequency import EventWindow, judged
 from pipros_libraries.diagnostics.link_status import LinkDiagnostics, LinkLevel, LinkStatus
-from pipros_libraries.nodes.params import private
+from pipros_libraries.nodes.params import private, private_ns
 from pipros_robot.perception.drivers.urg.sensor import ScanRequest, UrgSensor
 
 PERIOD_S: Final = 1.0
@@ -40,7 +40,7 @@ class LidarHealth:
         self._node, self._place, self._output = node, place, output
         self._name = node.name.removeprefix("/")
         self._tolerance = private(node, "diagnostics_tolerance", 0.05)
-        reports = max(round(private(node, "diagnostics_window_time", 5.0) / PERIOD_S), 1)
+        reports = max(round(private_ns(node, "diagnostics_window_time", 5.0) / 1e9 / PERIOD_S), 1)
         self.window = EventWindow(reports, time.monotonic())
         self._diagnostics = LinkDiagnostics(node, "none")
         self._problem = ""
