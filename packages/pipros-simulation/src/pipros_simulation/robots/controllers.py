@@ -69,13 +69,22 @@ class Limiter:
 
     @classmethod
     def of(cls, params: Mapping[str, Any], where: str) -> Limiter:
-        """Read the parameters `has_velocity_limits`, `max_velocity`, …"""
+        """Read the parameters `has_velocity_limits`, `max_velocity`, …
+
+        Raises:
+            InvalidSettings: a limit is not a finite number, or the limits leave no way to stop.
+        """
         found = []
         for quantity in ("velocity", "acceleration"):
             low, high = -math.inf, math.inf
             if params.get(f"has_{quantity}_limits") is True:
                 high = number(params.get(f"max_{quantity}"), f"{where}/max_{quantity}")
                 low = number(params.get(f"min_{quantity}", -high), f"{where}/min_{quantity}")
+                # Otherwise, a robot that nobody drives could not stop.
+                if not low <= 0 <= high or (low * high == 0 and quantity == "acceleration"):
+                    zero = "" if quantity == "velocity" else ", and not 0"
+                    ends = f"{where}/min_{quantity} must be <= 0, and max_{quantity} >= 0{zero}"
+                    raise InvalidSettings(f"{ends}, got {low:g} and {high:g}")
             found += [low, high]
         return cls(*found)
 

@@ -369,6 +369,15 @@ def test_a_limit_that_is_missing_is_named() -> None:
         Limiter.of({"has_velocity_limits": True}, "linear/x")
 
 
+@pytest.mark.parametrize(("quantity", "low", "high"), [
+    ("velocity", 0.2, 0.5), ("velocity", 1.0, -1.0), ("acceleration", 0.0, 1.0), ("acceleration", 1.0, -1.0),
+])  # fmt: skip
+def test_limits_with_which_a_robot_cannot_stop_are_refused(quantity: str, low: float, high: float) -> None:
+    given = {f"has_{quantity}_limits": True, f"min_{quantity}": low, f"max_{quantity}": high}
+    with pytest.raises(InvalidSettings, match=f"x/min_{quantity} must be <= 0, and max_{quantity} >= 0"):
+        Limiter.of(given, "linear/x")
+
+
 # Poses of lasers in robot descriptions.
 
 
