@@ -12,7 +12,7 @@ import re
 import sys
 import threading
 from collections.abc import Callable, Iterable
-from io import StringIO
+from io import StringIO, TextIOBase
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any, TextIO
@@ -101,7 +101,8 @@ def ros_logger(name: str) -> logging.Logger:
 class ConsoleHandler(logging.Handler):
     """Writes DEBUG and INFO to stdout and the rest to stderr, in colour if the stream is a terminal.
 
-    The streams are looked up for each line, so that redirecting `sys.stdout` works.
+    The streams are looked up for each line, so that redirecting `sys.stdout` works. A program's class that
+    merely has `write` may log what is printed, so lines go to the stream that it replaced, as in Noetic.
     """
 
     def __init__(
@@ -123,7 +124,8 @@ class ConsoleHandler(logging.Handler):
         """
         super().__init__()
         self._severity_width, self._digits = (5, 9) if is_roscpp else (0, 6)
-        self._streams = stdout, stderr
+        self._given = stdout, stderr
+        self._first = sys.stdout, sys.stderr
         self._is_coloured = is_coloured
         self.node_name = node_name
         self.clock = clock
@@ -131,9 +133,10 @@ class ConsoleHandler(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         severity = Severity.of(record.levelno)
-        stdout, stderr = self._streams
-        stream: TextIO | None = (
-            stdout or sys.stdout if record.levelno < logging.WARNING else stderr or sys.stderr
+        which = int(record.levelno >= logging.WARNING)
+        now = (sys.stdout, sys.stderr)[which]
+        stream: TextIO | None = self._given[which] or (
+            now if isinstance(now, TextIOBase) else self._first[which]
         )
         if stream is None:  # the process has no console
             return
@@ -254,8 +257,13 @@ def find_log_config(environment: Environment) -> Path | None:
     in `ROS_HOME`. Such a file can run code, so a file in `ROS_HOME` is used only if no other user may write
     to it or its folder.
     """
-    if environment.python_log_config is not None:
-        return environment.python_log_config
+    given = environment.python_log_config
+    if given is not None and os.path.exists(given):
+        return given
+    if given is not None:
+        warn_once(
+            f"WARNING: the logging configuration [{given}] does not exist: check ROS_PYTHON_LOG_CONFIG_FILE"
+        )
     folder = environment.ros_home / "config"
     for config in (folder / "python_logging.conf", folder / "python_logging.yaml"):
         if not os.path.isfile(config):
@@ -278,7 +286,7 @@ def configure_by_file(config: Path, log_path: Path) -> bool:
     The environment variable `ROS_LOG_FILENAME` is set to `log_path`, so that the file can refer to it.
 
     Raises:
-        PiprosError: the file is missing or malformed.
+        PiprosError: the file is malformed.
     """
     import logging.config
 

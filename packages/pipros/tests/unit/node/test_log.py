@@ -55,6 +55,14 @@ def test_each_level_is_written_to_its_stream(level: int, stream: str, line: str,
     assert (out, err) == ((line, "") if stream == "stdout" else ("", line))
 
 
+def test_a_program_may_log_what_is_printed(monkeypatch: pytest.MonkeyPatch, capsys) -> None:
+    handler = console()
+    logging_stream = SimpleNamespace(write=lambda _: handler.emit(record(logging.INFO)))
+    monkeypatch.setattr(sys, "stdout", logging_stream)
+    print("hello")
+    assert capsys.readouterr().out.startswith("[INFO] [1795144503.366333]: hello\n")
+
+
 def test_a_terminal_gets_noetics_colours(monkeypatch: pytest.MonkeyPatch) -> None:
     out, err = Terminal(), Terminal()
     monkeypatch.setattr(sys, "stdout", out)
@@ -196,6 +204,15 @@ def test_a_configuration_that_names_an_unwritable_file_is_replaced(
     logger.warning("low battery")
     written = capsys.readouterr().err
     assert f"WARNING: cannot write to log file [{blocked / 'x.log'}]" in written
+    assert "low battery" in written
+
+
+def test_a_missing_configuration_is_reported_and_ignored(tmp_path, root: logging.Logger, capsys) -> None:
+    logger = logging.Logger("rosout")
+    open_console_and_file(node(tmp_path, ROS_PYTHON_LOG_CONFIG_FILE=f"{tmp_path}/none.conf"), logger, None)
+    logger.warning("low battery")
+    written = capsys.readouterr().err
+    assert "none.conf] does not exist" in written
     assert "low battery" in written
 
 
