@@ -20,6 +20,7 @@ from pipros.basics.intervals import ClockWatch
 from pipros.basics.lazy_names import star_names as _star_names
 from pipros.basics.limits import limit_text, process_limits
 from pipros.basics.names import NAME_CHARACTERS
+from pipros_libraries.actions.feedback_first import FeedbackFirst
 from pipros_libraries.actions.goal_table import append_goal, meant_by
 
 _star_names(__name__, "threading")
@@ -76,6 +77,7 @@ class ActionServer:
         self.status_timer: Any = None
         self.status_list: list[StatusTracker] = []
         self._has_refused = False
+        self._feedback_first = FeedbackFirst()
         self.last_cancel = rospy.Time()
         self._watch, self._epoch = ClockWatch(), 0
         self.status_list_timeout = rospy.Duration()
@@ -151,6 +153,7 @@ class ActionServer:
         """Publish the result of a goal, and the status of all goals."""
         with self.lock:
             message = self.ActionResult(status=deepcopy(status), result=result)
+            self._feedback_first.wait()
             message.header.stamp = rospy.Time.now()
             if not rospy.is_shutdown():
                 self.result_pub.publish(message)
@@ -163,6 +166,7 @@ class ActionServer:
             message.header.stamp = rospy.Time.now()
             if not rospy.is_shutdown():
                 self.feedback_pub.publish(message)
+            self._feedback_first.note_feedback()
 
     def internal_cancel_callback(self, goal_id: Any) -> None:
         """Handle a request to cancel one goal, all goals up to a timestamp, both, or all goals."""

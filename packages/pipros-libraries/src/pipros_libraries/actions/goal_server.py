@@ -16,6 +16,7 @@ from pipros.basics.names import NAME_CHARACTERS
 from pipros.msg import load_message_class
 from pipros.node import Node
 from pipros.node.clock import stamp
+from pipros_libraries.actions.feedback_first import FeedbackFirst
 from pipros_libraries.actions.goal_table import GoalTable
 from pipros_libraries.actions.server_goal import GoalEvent, after
 from pipros_libraries.actions.status import TERMINAL, Status
@@ -70,7 +71,7 @@ class GoalServer:
         self._next: Goal | None = None
         self.is_cancelled = self._is_next_cancelled = False
         self._last_cancel_ns = self._count = self._epoch = 0
-        self._watch = ClockWatch()
+        self._watch, self._feedback_first = ClockWatch(), FeedbackFirst()
         sizes = node.limits.goals, NAME_CHARACTERS
         self._goals: GoalTable[Goal] = GoalTable(*sizes, lambda goal: goal.ended_ns > 0)
         self._statuses = advertise(node, f"{name}/status", "actionlib_msgs/GoalStatusArray", 50, latch=True)
@@ -121,6 +122,7 @@ class GoalServer:
                 status=self._current.status,
                 feedback=fields,
             )
+            self._feedback_first.note_feedback()
 
     # -- messages ----------------------------------------------------------------
 
@@ -190,6 +192,7 @@ class GoalServer:
 
     def _end(self, goal: Goal | None, event: GoalEvent, text: str) -> None:
         if goal is not None and self._change(goal, event, text):
+            self._feedback_first.wait()
             self._publish(self._results, f"{self._action}ActionResult", status=goal.status)
             self._publish_change()
 

@@ -8,6 +8,7 @@ import pytest
 from pipros.basics.limits import Limits
 from pipros.msg import load_message_class
 from pipros.msg.time import Time
+from pipros_libraries.actions import feedback_first
 from pipros_libraries.actions.goal_server import REPLACED, STATUSES_AT_ONCE, GoalServer
 from pipros_libraries.actions.server_goal import GoalEvent
 from pipros_libraries.actions.status import Status
@@ -87,6 +88,27 @@ def test_a_goal_is_accepted_succeeds_and_is_forgotten_after_a_while() -> None:
     server.node.now_s += 6
     server.tick()
     assert server.statuses == {}
+
+
+def test_a_result_does_not_follow_its_feedback_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    server, slept = Server(), []
+
+    def sleep(seconds: float) -> None:
+        assert not server.results
+        slept.append(seconds)
+
+    time = SimpleNamespace(monotonic=lambda: 5.0, sleep=sleep)
+    monkeypatch.setattr(feedback_first, "time", time)
+    server.send("a")
+    server.goals.accept()
+    server.goals.publish_feedback(load_message_class("move_base_msgs/MoveBaseFeedback")())
+    server.goals.end(GoalEvent.SUCCEED, "")
+    assert slept == [pytest.approx(feedback_first.FEEDBACK_FIRST_S)]
+    time.monotonic = lambda: 5.0 + feedback_first.FEEDBACK_FIRST_S
+    server.send("b")
+    server.goals.accept()
+    server.goals.end(GoalEvent.SUCCEED, "")
+    assert (len(slept), [name for name, *_ in server.results]) == (1, ["a", "b"])
 
 
 def test_a_new_goal_replaces_the_active_and_the_waiting_one() -> None:
