@@ -81,8 +81,8 @@ class DwaSettings:
         """Return the settings with these values.
 
         Raises:
-            InvalidParameter: a divisor is not positive and finite, limits contradict each other (see
-                `check_axis`), or a cycle would need too much memory.
+            InvalidParameter: a value is huge, a divisor is not positive and finite, limits contradict each
+                other (see `check_axis`), or a cycle would need too much memory.
         """
         settings = cls(**values, **fixed)
         for axis in ("x", "y", "theta", "trans"):
@@ -94,6 +94,9 @@ class DwaSettings:
             if is_magnitude and not most[1]:
                 least = least[0], min(least[1], 0.0)  # 0 switches it off
             check_axis(least, most, None if axis == "trans" else gain)
+        for name, value in values.items():
+            if not abs(value) <= 1e9:  # an infinite weight would make all scores alike
+                raise InvalidParameter(f"{name} must be from -1e9 to 1e9, got {value:g}")
         if settings.min_turning_radius:
             settings = replace(settings, yaw_goal_tolerance=math.pi)
         for name in ("sim_time", "sim_granularity", "angular_sim_granularity"):

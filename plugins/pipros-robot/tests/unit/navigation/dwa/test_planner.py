@@ -237,6 +237,7 @@ def test_a_robot_without_footprint_is_a_point_and_a_closed_cell_stops_it() -> No
 
 @pytest.mark.parametrize(("given", "why"), [
     ({"sim_time": 0.0}, "sim_time must be > 0 and finite, got 0.0"),
+    ({"path_distance_bias": math.inf}, "path_distance_bias must be from -1e9 to 1e9, got inf"),
     ({"vx_samples": 10**6}, "at most 2,000,000 are allowed"),
     ({"sim_granularity": 1e-9}, "at most 2,000,000 are allowed"),
 ])  # fmt: skip
