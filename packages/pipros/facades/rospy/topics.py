@@ -184,7 +184,7 @@ class Publisher(Topic[AnyMessage]):
             ROSSerializationException: a value does not fit the type of its field. Nothing was sent.
             TypeError, AttributeError: the arguments do not fit the type.
         """
-        if len(args) == 1 and type(args[0]) is self.data_class:
+        if len(args) == 1 and not kwds and type(args[0]) is self.data_class:
             message = args[0]
         else:
             message = args_kwds_to_message(self.data_class, args, kwds)

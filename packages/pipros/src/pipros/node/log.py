@@ -134,10 +134,8 @@ class ConsoleHandler(logging.Handler):
     def emit(self, record: logging.LogRecord) -> None:
         severity = Severity.of(record.levelno)
         which = int(record.levelno >= logging.WARNING)
-        now = (sys.stdout, sys.stderr)[which]
-        stream: TextIO | None = self._given[which] or (
-            now if isinstance(now, TextIOBase) else self._first[which]
-        )
+        stream: TextIO | None = (sys.stdout, sys.stderr)[which]
+        stream = self._given[which] or (stream if isinstance(stream, TextIOBase) else self._first[which])
         if stream is None:  # the process has no console
             return
         line = self._render(record, severity)  # raises if the arguments of the log call are wrong

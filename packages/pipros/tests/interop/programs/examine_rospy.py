@@ -94,6 +94,7 @@ def topics():
     twists = rospy.Publisher("twists", Twist, queue_size=10)
     rospy.Subscriber("points", Point, got.append)
     words = rospy.Publisher("words", String, queue_size=10)
+    examine("publish both", lambda: words.publish(String("x"), data="y"))
     word_subscriber = rospy.Subscriber("words", String, got.append)
     examine("names", lambda: (words.name, words.resolved_name, words.type, words.md5sum, words.data_class))
     wait_for(lambda: points.get_num_connections() and words.get_num_connections())
