@@ -1,11 +1,12 @@
 """Actions in the tabs: control, filters."""
 
+import json
 import re
 import sys
 
 import pytest
 from playwright.sync_api import Page as Tab
-from playwright.sync_api import expect
+from playwright.sync_api import WebSocketRoute, expect
 
 from tests.browser.chromium import OpenTab, go_to, keep_screenshots, start_robot
 from tests.support.page import Page
@@ -19,6 +20,14 @@ def test_with_control_a_parameter_is_set_on_the_page(robot: RosSystem, open_tab:
     tab.get_by_label("Value").fill("[1, 2]")
     tab.get_by_role("button", name="Set").click()
     expect(tab.locator(".params")).to_contain_text("from_the_page: [1, 2]")
+    robot.pipros.run("rosparam", "set", "/robot/long", "x" * 10_000)
+    tab.locator("button[data-name='/robot/long']").click()
+    expect(tab.get_by_label("Value")).to_be_focused()
+    tab.keyboard.press("Enter")  # an empty value is not written in the place of one that is too long to edit
+    tab.get_by_label("Name").fill("/robot/from_the_page")
+    tab.get_by_role("button", name="Set").click()
+    expect(tab.locator(".params")).to_contain_text('from_the_page: ""')
+    assert robot.pipros.run("rosparam", "get", "/robot/long").stdout == ["x" * 10_000]
 
 
 def test_with_control_a_service_is_called_and_a_message_published(robot: RosSystem, open_tab) -> None:
@@ -33,8 +42,53 @@ def test_with_control_a_service_is_called_and_a_message_published(robot: RosSyst
     message = tab.get_by_label("Message in YAML")
     expect(message).to_have_value('data: ""')
     message.fill("data: hello")
+    tab.get_by_label("Rate in hertz").fill("")
+    tab.get_by_role("button", name="Publish", exact=True).click()
+    expect(tab.locator("[aria-label='Rate in hertz']:invalid")).to_have_count(1)
+    tab.get_by_label("Rate in hertz").fill("1")
     tab.get_by_role("button", name="Publish", exact=True).click()
     assert robot.pipros.run("rostopic", "echo", "-n1", "/chatter").stdout[0] == 'data: "hello"'
+
+
+@pytest.mark.parametrize(
+    ("action", "view", "name", "newer"),
+    [("service", "services", "/robot/get_loggers", "Call"), ("loggers", "console", "/robot", "rosout")],
+)
+def test_a_late_answer_does_not_replace_that_of_a_newer_question(
+    robot: RosSystem, open_tab: OpenTab, action: str, view: str, name: str, newer: str
+) -> None:
+    asked: list[str | bytes] = []
+    answered: list[int] = []
+
+    def hold_the_first(socket: WebSocketRoute) -> None:
+        server = socket.connect_to_server()
+
+        def ask(text: str | bytes) -> None:
+            if f'"action":"{action}"' in str(text):
+                asked.append(text)
+            if asked[:1] != [text]:
+                server.send(text)
+
+        def answer(text: str | bytes) -> None:
+            socket.send(text)
+            number = json.loads(text).get("id") if isinstance(text, str) else None
+            ids = [json.loads(each)["id"] for each in asked]
+            answered.extend({number}.intersection(ids))
+            if ids[1:] == [number]:
+                server.send(asked[0])
+
+        socket.on_message(ask)
+        server.on_message(answer)
+
+    tab = open_tab(Page(robot, "--control"), "topics")
+    tab.route_web_socket("**/live", hold_the_first)
+    tab.reload()
+    for number, each in enumerate(("/nowhere", name), 1):
+        tab.evaluate("(place) => { location.hash = place; }", f"{view}/{each}")
+        wait_until(lambda: tab.title() and len(asked) >= number, 30, "the question")  # noqa: B023
+    wait_until(lambda: tab.title() and len(answered) >= 2, 60, "both answers")
+    expect(tab.locator("aside:visible")).to_contain_text(newer)
+    expect(tab.locator("aside:visible .error")).to_have_count(0)
 
 
 FAILING = """

@@ -14,9 +14,10 @@ export function loggerLevels(side, context, nodes, ofNode, error, onClose) {
   replace(side, panelHead("Logger levels", onClose), control ? null : h("p", { class: "key" }, "Start with --control to change levels."),
     choice, names, found);
 
+  const ask = context.newest();
   async function list() {
     try {
-      const loggers = await context.act("loggers", { name: choice.value });
+      const loggers = await ask("loggers", { name: choice.value });
       replace(found, h("table", {}, loggers.map((logger) => h("tr", {}, h("td", {}, logger.name), h("td", {}, levelChoice(logger))))));
     } catch (problem) {
       replace(found, h("p", { class: "error" }, problem.message));

@@ -6,6 +6,7 @@ export function nameTree(items, nameOf, deepest = Infinity) {
   for (const item of items) {
     let branch = root;
     const parts = nameOf(item).split("/").filter(Boolean);
+    if (!parts.length) parts.push(nameOf(item));
     if (parts.length > deepest) parts.push(parts.splice(deepest - 1).join("/"));
     for (const part of parts) {
       if (!branch.below.has(part)) branch.below.set(part, { below: new Map(), item: null });

@@ -62,6 +62,15 @@ export class TabContext {
     return live.act(action, args);
   }
 
+  // Returns an `act` for answers that replace one another: an answer that comes after the next question is dropped.
+  newest() {
+    let last = null;
+    return (action, args) => new Promise((resolve, reject) => {
+      const asked = last = this.act(action, args);
+      asked.then((answer) => { if (asked === last) resolve(answer); }, (problem) => { if (asked === last) reject(problem); });
+    });
+  }
+
   // Puts the user's choice in the tab into the address. Back returns to the previous choice, unless `isReplacing`.
   remember(argument, { isReplacing = false } = {}) {
     this.onRemember(argument);

@@ -24,11 +24,12 @@ export function topicPanel(side, name, context, onClose) {
   let type = ""; // the topic's type; empty until it is known
   const definition = h("details", { class: "definition", ontoggle: () => define() }, h("summary", {}, "Definition"), definitionText);
 
+  const ask = context.newest();
   async function define() {
     if (!definition.open || !type || type === definedType) return;
     definedType = type;
     try {
-      replace(definitionText, await context.act("definition", { name }));
+      replace(definitionText, await ask("definition", { name }));
     } catch (problem) {
       replace(definitionText, problem.message);
     }

@@ -50,6 +50,7 @@ export function recordingPanel(context, open) {
 
   async function record() {
     if (!all.checked && !chosen.size) { error.show("Choose topics, or check All topics."); return; }
+    if (![megabytes, seconds].every((each) => each.reportValidity())) return;
     const limits = { size: Number(megabytes.value) * 1e6, seconds: Number(seconds.value) };
     if (!await act("record", { name: name.value.trim(), topics: all.checked ? [] : [...chosen], ...limits })) return;
     name.value = "";

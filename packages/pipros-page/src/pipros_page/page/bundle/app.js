@@ -13,14 +13,14 @@ this.clear()}clear(){this.found=[],this.notes=[],this.lost=0,this.all=[]}add(t,o
 let t=[...this.found,...this.notes.map(({time:o,text:n})=>[o,"note",n])];this.all=t.map(([o,n,s])=>({time:o,kind:n,text:s})).sort((o,n)=>o.time-n.time)}next(t,o){
 return o>0?this.all.find(({time:n})=>n>t+5e-4):this.all.filter(({time:n})=>n<t-5e-4).at(-1)}at(t){return this.all.filter(({time:o})=>Math.abs(o-t)<=5e-4)}};var Da=300,Ia=10;function Ba(e){let t=new Cs,o=i("div",{class:"marks","aria-hidden":"true"}),n=i("input",{type:"range",min:0,step:"any","aria-label":"Timeline",
 oninput:()=>K.jump(K.bag.begin+Number(n.value)),onkeydown:Lh}),s=i("div",{class:"track"},o,n),l=i("span",{class:"end mono pale"}),r=Fa(t,"\u25C2","Previous mark",
-"[",-1),a=Fa(t,"\u25B8","Next mark","]",1),c=i("output",{class:"here","aria-label":"Mark"}),u=Oh(t,()=>x()),h=_h(t,u),m=i("button",{class:"back",title:"Show the\
+"[",-1),a=Fa(t,"\u25B8","Next mark","]",1),c=i("output",{class:"here","aria-label":"Mark"}),u=Oh(t,()=>T()),h=_h(t,u),m=i("button",{class:"back",title:"Show the\
  running system again (r)","aria-keyshortcuts":"r",onclick:()=>K.open("")},"Live"),p=i("span",{class:"error-text",role:"alert"});e.append(document.getElementById(
-"shown-bag"),s,l,r,a,h.button,u.button,m,c,p,h.element,u.form);let w=null,g=()=>{};function k(E){g(),t.clear(),w=E,E&&(n.max=E.end-E.begin,g=fe.watch("bag_event\
-s",{name:K.name},v=>{v.marks&&t.add(v.marks,v.lost),v.notes&&t.setNotes(v.notes),u.take(v),v.error&&P(p,v.error),x()},v=>P(p,v)))}function x(){Ah(o,t,w),h.draw(),
-T()}function T(){let{moment:E}=K;if(E===void 0)return;Number(n.value)!==E-w.begin&&(n.value=E-w.begin);let v=t.at(E);n.setAttribute("aria-valuetext",[vt(E-w.begin),
-...v.map(({text:L})=>L)].join(", "));let M=v.map(({kind:L,text:I})=>`${Ns[L][0]} ${I}`).join("  ");c.textContent!==M&&P(c,M),[r.disabled,a.disabled]=[-1,1].map(
-L=>!t.next(E,L))}function S(){let{bag:E}=K,v=!E&&K.isRewind&&!!K.error;E!==w&&(P(p),k(E),E&&x()),e.hidden=!E&&!v,e.classList.toggle("failed",v),v&&P(p,K.error),
-u.button.hidden=!!E?.rewind,E&&(P(l,E.rewind?"now":vt(E.end-E.begin)),T())}K.addEventListener("change",S)}function za(e){let t=()=>{e.hidden=!!K.bag||!K.span};fe.
+"shown-bag"),s,l,r,a,h.button,u.button,m,c,p,h.element,u.form);let k=null,g=()=>{};function y(S){g(),t.clear(),k=S,S&&(n.max=S.end-S.begin,g=fe.watch("bag_event\
+s",{name:K.name},x=>{x.marks&&t.add(x.marks,x.lost),x.notes&&t.setNotes(x.notes),u.take(x),x.error&&P(p,x.error),T()},x=>P(p,x)))}function T(){Ah(o,t,k),h.draw(),
+E()}function E(){let{moment:S}=K;if(S===void 0)return;Number(n.value)!==S-k.begin&&(n.value=S-k.begin);let x=t.at(S);n.setAttribute("aria-valuetext",[vt(S-k.begin),
+...x.map(({text:L})=>L)].join(", "));let M=x.map(({kind:L,text:I})=>`${Ns[L][0]} ${I}`).join("  ");c.textContent!==M&&P(c,M),[r.disabled,a.disabled]=[-1,1].map(
+L=>!t.next(S,L))}function w(){let{bag:S}=K,x=!S&&K.isRewind&&!!K.error;S!==k&&(P(p),y(S),S&&T()),e.hidden=!S&&!x,e.classList.toggle("failed",x),x&&P(p,K.error),
+u.button.hidden=!!S?.rewind,S&&(P(l,S.rewind?"now":vt(S.end-S.begin)),E())}K.addEventListener("change",w)}function za(e){let t=()=>{e.hidden=!!K.bag||!K.span};fe.
 watch("rewind",{},({span:o,seconds:n})=>{K.span=n&&o,K.since=Date.now()/1e3-n,e.title=`Hold all tabs, and look back at the last ${Math.round(n)} s (r)`,t()}),e.
 addEventListener("click",()=>K.rewind()),K.addEventListener("change",t)}function Lh(e){let t={PageUp:-Ia,PageDown:Ia}[e.key];if(e.key===" ")K.control({play:!K.state?.
 playing});else if(t)K.jump(K.moment+t);else return;e.preventDefault()}function Fa(e,t,o,n,s){return i("button",{"aria-label":o,title:`${o} (${n})`,"aria-keyshor\
@@ -28,8 +28,8 @@ tcuts":n,onclick:()=>{let l=e.next(K.moment,s);l&&K.jump(l.time)}},t)}function A
 class:`mark-${l}`,title:`${vt(s-o)} ${r}`,onclick:()=>K.jump(s)},Ns[l][0]);return a.style.left=`${100*(s-o)/(n-o||1)}%`,a}))}function _h(e,t){let o=i("div",{popover:"",
 id:pt("marks"),class:"mark-list",role:"group","aria-label":"Marks",onbeforetoggle:()=>l()}),n=i("button",{popovertarget:o.id,title:"List of errors, diagnostics \
 and notes"});function s({time:a,kind:c,text:u}){let[h,m]=Ns[c],p=i("button",{class:`plain mark-${c}`,onclick:()=>K.jump(a)},i("span",{class:"mono"},vt(a-K.bag.begin)),
-` ${h} ${m}: ${u}`),w=c!=="note"||!t.isAllowed?null:i("button",{"aria-label":`Delete the note ${u}`,onclick:()=>t.remove({time:a,text:u})},"Delete");return i("p",
-{},p,w)}function l(){let a=Math.max(0,e.all.length-Da)+e.lost,c=e.all.slice(0,Da).map(s);P(o,c.length?c:i("p",{class:"pale"},"No errors, diagnostics or notes"),
+` ${h} ${m}: ${u}`),k=c!=="note"||!t.isAllowed?null:i("button",{"aria-label":`Delete the note ${u}`,onclick:()=>t.remove({time:a,text:u})},"Delete");return i("p",
+{},p,k)}function l(){let a=Math.max(0,e.all.length-Da)+e.lost,c=e.all.slice(0,Da).map(s);P(o,c.length?c:i("p",{class:"pale"},"No errors, diagnostics or notes"),
 a?i("p",{class:"pale"},`and ${a} more`):null)}function r(){P(n,e.all.length===1?"1 mark":`${e.all.length} marks`),o.matches(":popover-open")&&l()}return{element:o,
 button:n,draw:r}}function Oh(e,t){let o=i("input",{size:40,maxlength:1e3,required:!0,placeholder:"what happens here","aria-label":"Text of the note",autofocus:!0}),
 n=i("span",{class:"error-text",role:"alert"}),s=i("form",{popover:"",id:pt("note"),class:"note-form","aria-label":"Note",onsubmit:u=>{u.preventDefault(),c("add_\
@@ -100,22 +100,23 @@ e,()=>{vn&&ui(50)},{capture:!0});addEventListener("blur",()=>{vn&&ui(50)});funct
 this.ending=new AbortController}get signal(){return this.ending.signal}hears(t){return this.isShown}watch(t,o,n,s,{always:l=!1}={}){let a={begin:()=>{let c=!0,u=p=>{
 c&&n(p)},h=this.name===ed,m=fe.watch(t,o,p=>{h||p instanceof DataView?u(p):nc(()=>u(p))},s);return()=>{c=!1,m()}},stop:null,isAlways:l};return(this.isShown||l)&&
 (a.stop=a.begin()),this.watches.add(a),()=>{a.stop?.(),this.watches.delete(a)}}onSource(t){fe.addEventListener("source",t,{signal:this.signal})}act(t,o){return fe.
-act(t,o)}remember(t,{isReplacing:o=!1}={}){this.onRemember(t);let[n]=Wo();if(!this.isShown||n&&n!==this.name)return;let s=ke(this.name,t);o?history.replaceState(
-null,"",s):location.hash!==s&&history.pushState(null,"",s)}hide(){this.isShown=!1;for(let t of this.watches)t.isAlways||(t.stop?.(),t.stop=null);this.onShown(!1)}show(){
-this.isShown=!0;for(let t of this.watches)t.stop??=t.begin();this.onShown(!0)}close(){this.ending.abort();for(let t of this.watches)t.stop?.();this.watches.clear()}};var wi={};Ze(wi,{open:()=>Md});function Ht(e){let t=i("div",{class:"running-note",role:"note",hidden:!0}),o=()=>{t.hidden=!K.name;let n=K.isRewind?"the past that other tabs show":`the open ba\
+act(t,o)}newest(){let t=null;return(o,n)=>new Promise((s,l)=>{let r=t=this.act(o,n);r.then(a=>{r===t&&s(a)},a=>{r===t&&l(a)})})}remember(t,{isReplacing:o=!1}={}){
+this.onRemember(t);let[n]=Wo();if(!this.isShown||n&&n!==this.name)return;let s=ke(this.name,t);o?history.replaceState(null,"",s):location.hash!==s&&history.pushState(
+null,"",s)}hide(){this.isShown=!1;for(let t of this.watches)t.isAlways||(t.stop?.(),t.stop=null);this.onShown(!1)}show(){this.isShown=!0;for(let t of this.watches)
+t.stop??=t.begin();this.onShown(!0)}close(){this.ending.abort();for(let t of this.watches)t.stop?.();this.watches.clear()}};var wi={};Ze(wi,{open:()=>Md});function Ht(e){let t=i("div",{class:"running-note",role:"note",hidden:!0}),o=()=>{t.hidden=!K.name;let n=K.isRewind?"the past that other tabs show":`the open ba\
 g ${K.name}`;P(t,`This view acts on the running system, not on ${n}.`)};return K.addEventListener("change",o,{signal:e}),o(),t}var fi="Looking at the system \u2026",Te=(e,t=fi,o=null)=>i("div",{class:"note empty",role:"status","data-sign":e},t,o),oc=(e,t)=>i("a",{class:"action",href:`#${e}`},
 t);function at(e,t){let{label:o,keyOf:n,onChoose:s=null,onSort:l=null,most:r=1/0,sortBy:a=""}=t,c={title:a,isDown:!1},u=[],h=null,m=new Map,p=new Map(e.map(_=>[_.title,
-T(_)])),w=i("tbody",{}),g=s?od(w,s):()=>{},k=i("tr",{class:"more"},i("td",{colspan:e.length,class:"note"})),x=i("table",{role:s?"grid":null,"aria-label":o},i("t\
-head",{},i("tr",{},[...p.values()])),w);function T({title:_,kind:C="",order:N}){let D=N?i("button",{class:"plain",onclick:()=>S(_)},_):_;return i("th",{class:C},
-D)}function S(_){c={title:_,isDown:c.title===_&&!c.isDown},l?l():E(u)}function E(_,{isOrdered:C=!1}={}){u=_;let N=(C?u:v(u)).slice(0,r),D=new Set(N.map(n));for(let[
-z,{element:oe}]of m)D.has(z)||(oe.remove(),m.delete(z));let V=w.contains(document.activeElement)?document.activeElement:null;N.forEach((z,oe)=>nd(w,M(z),oe)),V instanceof
-HTMLElement&&V!==document.activeElement&&V.focus({preventScroll:!0}),g(),P(k.firstChild,`${u.length-N.length} more: filter to see them.`),u.length>N.length?w.append(
-k):k.remove();for(let[z,oe]of p)oe.setAttribute("aria-sort",z!==c.title?"none":c.isDown?"descending":"ascending")}let v=_=>td(_,e.find(({title:C})=>C===c.title)?.
+E(_)])),k=i("tbody",{}),g=s?od(k,s):()=>{},y=i("tr",{class:"more"},i("td",{colspan:e.length,class:"note"})),T=i("table",{role:s?"grid":null,"aria-label":o},i("t\
+head",{},i("tr",{},[...p.values()])),k);function E({title:_,kind:C="",order:N}){let D=N?i("button",{class:"plain",onclick:()=>w(_)},_):_;return i("th",{class:C},
+D)}function w(_){c={title:_,isDown:c.title===_&&!c.isDown},l?l():S(u)}function S(_,{isOrdered:C=!1}={}){u=_;let N=(C?u:x(u)).slice(0,r),D=new Set(N.map(n));for(let[
+z,{element:oe}]of m)D.has(z)||(oe.remove(),m.delete(z));let V=k.contains(document.activeElement)?document.activeElement:null;N.forEach((z,oe)=>nd(k,M(z),oe)),V instanceof
+HTMLElement&&V!==document.activeElement&&V.focus({preventScroll:!0}),g(),P(y.firstChild,`${u.length-N.length} more: filter to see them.`),u.length>N.length?k.append(
+y):y.remove();for(let[z,oe]of p)oe.setAttribute("aria-sort",z!==c.title?"none":c.isDown?"descending":"ascending")}let x=_=>td(_,e.find(({title:C})=>C===c.title)?.
 order,c.isDown);function M(_){let C=n(_),N=m.get(C)??L(C);return e.forEach(({text:D},V)=>rd(N.cells[V],D(_))),N.element}function L(_){let C=e.map(({kind:V="name"})=>i(
 "td",{class:V})),N=s?{tabindex:-1,"aria-selected":String(_===h),onclick:()=>I(_)}:{},D={element:i("tr",{"data-name":_,...N},C),cells:C};return m.set(_,D),D}function I(_){
-getSelection()?.isCollapsed&&s(_)}function O(_){h=_;let C=m.get(_)?.element;C&&w.contains(document.activeElement)&&!C.contains(document.activeElement)&&C.focus(
-{preventScroll:!0});for(let[N,D]of m)D.element.setAttribute("aria-selected",String(N===_))}return x.addEventListener("copy",ld),{element:x,show:E,mark:O,csvButton:_=>i(
-"button",{title:"Save the table as CSV",onclick:()=>yt(`${_}.csv`,id(e,v(u)),"text/csv")},"CSV")}}var $t=e=>-(e??-1);function td(e,t,o){if(!t)return e;let n=o?-1:
+getSelection()?.isCollapsed&&s(_)}function O(_){h=_;let C=m.get(_)?.element;C&&k.contains(document.activeElement)&&!C.contains(document.activeElement)&&C.focus(
+{preventScroll:!0});for(let[N,D]of m)D.element.setAttribute("aria-selected",String(N===_))}return T.addEventListener("copy",ld),{element:T,show:S,mark:O,csvButton:_=>i(
+"button",{title:"Save the table as CSV",onclick:()=>yt(`${_}.csv`,id(e,x(u)),"text/csv")},"CSV")}}var $t=e=>-(e??-1);function td(e,t,o){if(!t)return e;let n=o?-1:
 1;return[...e].sort((s,l)=>n*ad(t(s),t(l)))}function nd(e,t,o){e.children[o]!==t&&e.insertBefore(t,e.children[o]??null)}function od(e,t){let o=!1;return e.addEventListener(
 "focusin",n=>{o=!0,sc(e,n.target)}),e.addEventListener("keydown",n=>sd(n,t)),()=>{o&&e.querySelector(":scope > [tabindex='0']")||sc(e,e.querySelector("[data-nam\
 e]"))}}function sc(e,t){for(let o of e.children)o.dataset.name&&(o.tabIndex=o.contains(t)?0:-1)}function sd(e,t){let o=e.target.closest("tr"),n={ArrowDown:o.nextElementSibling,
@@ -146,38 +147,38 @@ isArray(t)?`${t.length} elements`:"",a=s.childElementCount<=ud||!Array.isArray(t
 ary",{class:"key","aria-label":`Fields of ${e}`},r),s))}function mi(e,t,o=""){if(typeof e=="number")return[[o,e]];if(e?.[Fs])return[[o,Number(e[Fs].replace("inf",
 "Infinity"))]];if(di(e)||lc(e))return[];let n=Ko in e?e.items??[]:e,s=[];for(let[l,r]of Object.entries(n)){if(s.length>=t)break;if(l==="header"||l==="seq")continue;
 let a=Array.isArray(n)?`${o}[${l}]`:o?`${o}/${l}`:l;s.push(...mi(r,t-s.length,a))}return s}var gi={};Ze(gi,{open:()=>Ed,yaml:()=>Dn});var xd=500,kd=/\/(get_loggers|set_logger_level)$/,Sd=[{title:"Service",kind:"name",text:([e])=>e,order:([e])=>e},{title:"Node",kind:"name",text:([,e])=>e,order:([
-,e])=>e}];function Ed(e,t,o){let n=i("input",{type:"search",placeholder:"Filter","aria-label":"Filter services",oninput:()=>m()}),s=i("input",{type:"checkbox",checked:!0,
-onchange:()=>m()}),l=he(),r=Te("\u21C4"),a=i("aside",{hidden:!0,tabindex:0,"aria-label":"Service",onkeydown:x=>{x.key==="Escape"&&p("")}}),c=at(Sd,{label:"Servi\
-ces",keyOf:([x])=>x,onChoose:x=>p(x===h?"":x),most:xd,sortBy:"Service"});c.element.classList.add("fixed"),e.append(i("div",{class:"column"},Ht(o.signal),ge({title:"\
+,e])=>e}];function Ed(e,t,o){let n=i("input",{type:"search",placeholder:"Filter","aria-label":"Filter services",oninput:()=>p()}),s=i("input",{type:"checkbox",checked:!0,
+onchange:()=>p()}),l=he(),r=Te("\u21C4"),a=i("aside",{hidden:!0,tabindex:0,"aria-label":"Service",onkeydown:E=>{E.key==="Escape"&&k("")}}),c=at(Sd,{label:"Servi\
+ces",keyOf:([E])=>E,onChoose:E=>k(E===h?"":E),most:xd,sortBy:"Service"});c.element.classList.add("fixed"),e.append(i("div",{class:"column"},Ht(o.signal),ge({title:"\
 Services"},n,i("label",{},s,"Hide logger services"),i("span",{class:"spring"}),c.csvButton("services")),l.element,r,i("div",{class:"scroll"},c.element)),a);let u=[],
-h="";function m(){let x=n.value.trim().toLowerCase(),T=u.filter(([S])=>S.toLowerCase().includes(x)&&!(s.checked&&kd.test(S)));r.hidden=T.length>0,P(r,u.length?`\
-None of the ${u.length} services is shown: they are hidden or filtered.`:"There are no services."),c.show(T)}async function p(x){o.remember(x),await w(x),a.focus(),
-h===x&&a.querySelector("textarea")?.select()}async function w(x){if(h=x,c.mark(x),a.hidden=!x,!!x){P(a,Ke(x,()=>p("")));try{let T=await o.act("service",{name:x});
-h===x&&a.append(...g(x,T).flat().filter(Boolean))}catch(T){a.append(i("p",{class:"error"},T.message))}}}function g(x,T){let S=i("textarea",{rows:8,class:"mono",
-"aria-label":"Request in YAML",spellcheck:"false"});S.value=Dn(T.request);let E=i("div",{class:"answer","aria-live":"polite"}),v=i("button",{disabled:!o.control,
-title:"Control+Enter","aria-keyshortcuts":"Control+Enter",onclick:()=>k(x,S.value,E)},"Call");return[i("dl",{},i("dt",{},"Type"),i("dd",{},T.type),i("dt",{},"Ar\
-guments"),i("dd",{},T.arguments||"none")),T.definition?i("details",{class:"definition"},i("summary",{},"Definition"),i("pre",{class:"mono whole"},T.definition)):
-null,T.arguments?[i("h3",{},"Request"),S]:null,i("p",{},v,o.control?"":" Start with --control to call services."),E]}async function k(x,T,S){P(S,"\u2026");try{let{
-response:E,seconds:v}=await o.act("call_service",{name:x,request:T});P(S,i("h3",{},`Response after ${Ts(v)}`),po(i("div",{},xn(E)),l.show))}catch(E){P(S,i("p",{
-class:"error"},E.message))}}return o.watch("services",{},x=>{u=x.services,m()},l.show),t&&w(t),{go:w}}function Dn(e){return e===null||typeof e!="object"||Array.
-isArray(e)?JSON.stringify(e):Object.entries(e).map(([o,n])=>n!==null&&typeof n=="object"&&!Array.isArray(n)&&!("\u2026"in n)?Object.keys(n).length?`${o}:
+h="",m=o.newest();function p(){let E=n.value.trim().toLowerCase(),w=u.filter(([S])=>S.toLowerCase().includes(E)&&!(s.checked&&kd.test(S)));r.hidden=w.length>0,P(
+r,u.length?`None of the ${u.length} services is shown: they are hidden or filtered.`:"There are no services."),c.show(w)}async function k(E){o.remember(E),await g(
+E),a.focus(),h===E&&a.querySelector("textarea")?.select()}async function g(E){if(h=E,c.mark(E),a.hidden=!E,!!E){P(a,Ke(E,()=>k("")));try{let w=await m("service",
+{name:E});a.append(...y(E,w).flat().filter(Boolean))}catch(w){a.append(i("p",{class:"error"},w.message))}}}function y(E,w){let S=i("textarea",{rows:8,class:"mon\
+o","aria-label":"Request in YAML",spellcheck:"false"});S.value=Dn(w.request);let x=i("div",{class:"answer","aria-live":"polite"}),M=i("button",{disabled:!o.control,
+title:"Control+Enter","aria-keyshortcuts":"Control+Enter",onclick:()=>T(E,S.value,x)},"Call");return[i("dl",{},i("dt",{},"Type"),i("dd",{},w.type),i("dt",{},"Ar\
+guments"),i("dd",{},w.arguments||"none")),w.definition?i("details",{class:"definition"},i("summary",{},"Definition"),i("pre",{class:"mono whole"},w.definition)):
+null,w.arguments?[i("h3",{},"Request"),S]:null,i("p",{},M,o.control?"":" Start with --control to call services."),x]}async function T(E,w,S){P(S,"\u2026");try{let{
+response:x,seconds:M}=await m("call_service",{name:E,request:w});P(S,i("h3",{},`Response after ${Ts(M)}`),po(i("div",{},xn(x)),l.show))}catch(x){P(S,i("p",{class:"\
+error"},x.message))}}return o.watch("services",{},E=>{u=E.services,p()},l.show),t&&g(t),{go:g}}function Dn(e){return e===null||typeof e!="object"||Array.isArray(
+e)?JSON.stringify(e):Object.entries(e).map(([o,n])=>n!==null&&typeof n=="object"&&!Array.isArray(n)&&!("\u2026"in n)?Object.keys(n).length?`${o}:
 ${Dn(n).replace(/^/gm,"  ")}`:`${o}: {}`:`${o}: ${n!==null&&typeof n=="object"&&"\u2026"in n?"[]":JSON.stringify(n)}`).join(`
 `)}var Td=500,bi=/ActionGoal$/,$d=[{title:"Action",kind:"name",text:([e])=>e,order:([e])=>e},{title:"Type",kind:"name mono",text:([,e])=>e.replace(bi,"Action"),order:([
 ,e])=>e},{title:"Node",kind:"name",text:([,,e])=>e,order:([,,e])=>e}];function Md(e,t,o){let n=i("input",{type:"search",placeholder:"Filter","aria-label":"Filte\
-r actions",oninput:()=>m()}),s=he(),l=Te("\u25CE"),r=i("aside",{hidden:!0,tabindex:0,"aria-label":"Action",onkeydown:k=>{k.key==="Escape"&&p("")}}),a=at($d,{label:"\
-Actions",keyOf:([k])=>k,onChoose:k=>p(k===u?"":k),most:Td,sortBy:"Action"});a.element.classList.add("fixed"),e.append(i("div",{class:"column"},Ht(o.signal),ge({
-title:"Actions"},n,i("span",{class:"spring"}),a.csvButton("actions")),s.element,l,i("div",{class:"scroll"},a.element)),r);let c=[],u="",h=null;function m(){let k=n.
-value.trim().toLowerCase();l.hidden=c.length>0,P(l,"There are no actions."),a.show(c.filter(x=>x.join(" ").toLowerCase().includes(k)))}function p(k){o.remember(
-k),g(k),r.querySelector("textarea")?.focus()}let w=k=>c.find(([x])=>x===k)?.[1]??"";function g(k){u=k,a.mark(k),h?.close(),r.hidden=!k,P(r),h=k?Ld(r,k,o,()=>p("")):
-null,h?.takeType(w(k))}return o.watch("actions",{},k=>{c=k.actions,s.show(k.error?`The master does not answer: ${k.error}`:""),m(),h?.takeType(w(u))},s.show),t&&
+r actions",oninput:()=>m()}),s=he(),l=Te("\u25CE"),r=i("aside",{hidden:!0,tabindex:0,"aria-label":"Action",onkeydown:y=>{y.key==="Escape"&&p("")}}),a=at($d,{label:"\
+Actions",keyOf:([y])=>y,onChoose:y=>p(y===u?"":y),most:Td,sortBy:"Action"});a.element.classList.add("fixed"),e.append(i("div",{class:"column"},Ht(o.signal),ge({
+title:"Actions"},n,i("span",{class:"spring"}),a.csvButton("actions")),s.element,l,i("div",{class:"scroll"},a.element)),r);let c=[],u="",h=null;function m(){let y=n.
+value.trim().toLowerCase();l.hidden=c.length>0,P(l,"There are no actions."),a.show(c.filter(T=>T.join(" ").toLowerCase().includes(y)))}function p(y){o.remember(
+y),g(y),r.querySelector("textarea")?.focus()}let k=y=>c.find(([T])=>T===y)?.[1]??"";function g(y){u=y,a.mark(y),h?.close(),r.hidden=!y,P(r),h=y?Ld(r,y,o,()=>p("")):
+null,h?.takeType(k(y))}return o.watch("actions",{},y=>{c=y.actions,s.show(y.error?`The master does not answer: ${y.error}`:""),m(),h?.takeType(k(u))},s.show),t&&
 g(t),{go:g}}function Ld(e,t,o,n){let s=null,l="",r=i("dd",{}),a=he("p"),c=pt("goal"),u=i("textarea",{rows:6,class:"mono",id:c,"aria-label":"Goal in YAML",spellcheck:"\
-false"}),h=x=>a.attempt(()=>o.act("cancel_goal",{name:t,id:x})),m=i("button",{disabled:!0,title:"Control+Enter","aria-keyshortcuts":"Control+Enter",onclick:()=>a.
-attempt(()=>o.act("send_goal",{name:t,type:s,goal:u.value}))},"Send goal"),p=i("button",{disabled:!o.control,onclick:()=>h("")},"Cancel all"),w=po(i("div",{},i(
-"div",{})),a.show);w.addEventListener("click",x=>{let T=x.target instanceof Element?x.target.closest("button[data-goal]"):null;T&&h(T.getAttribute("data-goal"))}),
-e.append(Ke(t,n),i("dl",{},i("dt",{},"Type"),r),i("h3",{},"Goal"),u,i("p",{},m," ",p,o.control?"":" Start with --control to send goals."),a.element,w);function g(x){
-x!==s&&(s=x,P(r,s.replace(bi,"Action")||"unknown"),m.disabled=!o.control||!s,s&&a.attempt(async()=>{let T=Dn(await o.act("message",{type:x.replace(bi,"Goal")}));
-x!==s||u.value!==l||(u.value=l=T,document.activeElement===u&&u.select())}))}return{close:o.watch("action",{name:t},x=>Ne(w.firstChild,i("div",{},Ad(x,o.control))),
-a.show),takeType:g}}function Ad({goals:e,feedback:t,result:o},n){return[i("h3",{},"Goals"),e.length?i("ul",{class:"tree goals"},e.map(s=>_d(s,n))):i("span",{class:"\
+false"}),h=E=>a.attempt(()=>o.act("cancel_goal",{name:t,id:E})),m=i("button",{disabled:!0,title:"Control+Enter","aria-keyshortcuts":"Control+Enter",onclick:()=>a.
+attempt(()=>o.act("send_goal",{name:t,type:s,goal:u.value}))},"Send goal"),p=i("button",{disabled:!o.control,onclick:()=>h("")},"Cancel all"),k=po(i("div",{},i(
+"div",{})),a.show);k.addEventListener("click",E=>{let w=E.target instanceof Element?E.target.closest("button[data-goal]"):null;w&&h(w.getAttribute("data-goal"))}),
+e.append(Ke(t,n),i("dl",{},i("dt",{},"Type"),r),i("h3",{},"Goal"),u,i("p",{},m," ",p,o.control?"":" Start with --control to send goals."),a.element,k);let g=o.newest();
+function y(E){E!==s&&(s=E,P(r,s.replace(bi,"Action")||"unknown"),m.disabled=!o.control||!s,s&&a.attempt(async()=>{let w=Dn(await g("message",{type:E.replace(bi,
+"Goal")}));u.value===l&&(u.value=l=w,document.activeElement===u&&u.select())}))}return{close:o.watch("action",{name:t},E=>Ne(k.firstChild,i("div",{},Ad(E,o.control))),
+a.show),takeType:y}}function Ad({goals:e,feedback:t,result:o},n){return[i("h3",{},"Goals"),e.length?i("ul",{class:"tree goals"},e.map(s=>_d(s,n))):i("span",{class:"\
 key"},"none"),i("h3",{},"Newest feedback"),ac(t),i("h3",{},"Newest result"),ac(o)]}var _d=(e,t)=>i("li",{"data-key":e.id},i("span",{class:`state-${e.open?"open":
 e.status}`},e.status)," ",e.id,e.text?i("span",{class:"key"},` ${e.text}`):""," ",i("button",{"data-goal":e.id,hidden:!e.open||!t,"aria-label":`Cancel ${e.id}`},
 "Cancel")),ac=e=>e?i("div",{},e.goal?i("p",{class:"key"},`${e.goal.status}: ${e.goal.id} ${e.goal.text}`):"",xn(e.message)):i("span",{class:"key"},"none receive\
@@ -187,33 +188,33 @@ d yet");var yi={};Ze(yi,{open:()=>Rd});var Od="No act is waiting for approval. A
 Values or reason",kind:"long mono",text:({values:e,reason:t})=>t??e,order:({values:e})=>e}];function Rd(e,t,o){let n=he(),s=Te("\u2611",Od),l=i("div",{class:"no\
 te",role:"status"}),r=i("div",{class:"waiting",role:"list","aria-label":"Acts that wait"}),a=i("div",{class:"scroll",hidden:!0}),c=at(Pd,{label:"Acts",keyOf:({key:p})=>p,
 sortBy:"Time"});e.append(i("div",{class:"column"},ge({title:"Acts"},i("span",{class:"spring"}),c.csvButton("acts")),n.element,s,r,l,a)),a.append(c.element);let u=new Map;
-function h(){for(let p of u.values())if(p.top!==p.element.offsetTop){p.top=p.element.offsetTop;for(let w of p.buttons)w.disabled=!0;clearTimeout(p.timer),o.control&&
-(p.timer=setTimeout(()=>p.buttons.forEach(w=>{w.disabled=!1}),Nd))}}function m(p){let w=i("dd",{}),g=async S=>{await n.attempt(()=>o.act("approve",{process:p.process,
-id:p.id,verdict:S}))&&P(l,`Answered: ${S}. This concerns ${p.tool} ${p.name}, act ${p.id}.`),h()},k={Tool:p.tool,Name:p.name,Values:p.values,Rule:p.rule,Master:p.
-here?p.master:`${p.master}, not this page's`},x=Cd.map(([S,E])=>i("button",{disabled:!0,onclick:()=>g(S)},E));return{element:i("section",{class:"note",role:"lis\
-titem","aria-label":`${p.tool} ${p.name}`},i("dl",{},Object.entries(k).map(([S,E])=>[i("dt",{},S),i("dd",{},i("pre",{class:"mono whole"},E))]),i("dt",{},"Time l\
-eft"),w),i("p",{},x.map(S=>[S," "]),o.control?"":"Start with --control to approve acts.")),left:w,buttons:x,top:void 0,timer:void 0}}o.watch("acts",{},p=>{n.show(
-p.error),s.hidden=p.waiting.length>0||!!p.error,s.classList.toggle("empty",!p.acts.length);let w=new Set(p.waiting.map(({id:g})=>g));for(let[g,{element:k}]of u)
-w.has(g)||(k.remove(),u.delete(g));for(let g of p.waiting)u.has(g.id)||(u.set(g.id,m(g)),r.append(u.get(g.id).element)),P(u.get(g.id).left,`${g.left_s.toFixed(0)}\
- s`);h(),a.hidden=!p.acts.length,c.show(p.acts.map((g,k)=>({...g,key:`${g.process} ${g.time} ${g.outcome} ${p.acts.length-k}`})))},p=>{n.show(p),h()},{always:!0})}var xi={};Ze(xi,{open:()=>tm});function Yo(e){let t=Dd(e).map(Id);return o=>t.every(n=>n(o))}function Dd(e){return e.trim().split(/(?:^|\s)(-?\/(?:[^/\\]|\\.)+\/|-\S+)(?=\s|$)/).map(o=>o.trim()).
+function h(){for(let p of u.values())if(p.top!==p.element.offsetTop){p.top=p.element.offsetTop;for(let k of p.buttons)k.disabled=!0;clearTimeout(p.timer),o.control&&
+(p.timer=setTimeout(()=>p.buttons.forEach(k=>{k.disabled=!1}),Nd))}}function m(p){let k=i("dd",{}),g=async w=>{await n.attempt(()=>o.act("approve",{process:p.process,
+id:p.id,verdict:w}))&&P(l,`Answered: ${w}. This concerns ${p.tool} ${p.name}, act ${p.id}.`),h()},y={Tool:p.tool,Name:p.name,Values:p.values,Rule:p.rule,Master:p.
+here?p.master:`${p.master}, not this page's`},T=Cd.map(([w,S])=>i("button",{disabled:!0,onclick:()=>g(w)},S));return{element:i("section",{class:"note",role:"lis\
+titem","aria-label":`${p.tool} ${p.name}`},i("dl",{},Object.entries(y).map(([w,S])=>[i("dt",{},w),i("dd",{},i("pre",{class:"mono whole"},S))]),i("dt",{},"Time l\
+eft"),k),i("p",{},T.map(w=>[w," "]),o.control?"":"Start with --control to approve acts.")),left:k,buttons:T,top:void 0,timer:void 0}}o.watch("acts",{},p=>{n.show(
+p.error),s.hidden=p.waiting.length>0||!!p.error,s.classList.toggle("empty",!p.acts.length);let k=new Set(p.waiting.map(({id:g})=>g));for(let[g,{element:y}]of u)
+k.has(g)||(y.remove(),u.delete(g));for(let g of p.waiting)u.has(g.id)||(u.set(g.id,m(g)),r.append(u.get(g.id).element)),P(u.get(g.id).left,`${g.left_s.toFixed(0)}\
+ s`);h(),a.hidden=!p.acts.length,c.show(p.acts.map((g,y)=>({...g,key:`${g.process} ${g.time} ${g.outcome} ${p.acts.length-y}`})))},p=>{n.show(p),h()},{always:!0})}var xi={};Ze(xi,{open:()=>tm});function Yo(e){let t=Dd(e).map(Id);return o=>t.every(n=>n(o))}function Dd(e){return e.trim().split(/(?:^|\s)(-?\/(?:[^/\\]|\\.)+\/|-\S+)(?=\s|$)/).map(o=>o.trim()).
 filter(Boolean)}function Id(e){let t=e.startsWith("-")&&e.length>1,o=t?e.slice(1):e,s=o.length>2&&o.startsWith("/")&&o.endsWith("/")?Fd(o.slice(1,-1)):cc(o);return l=>s(
 l)!==t}function Fd(e){try{let t=new RegExp(e,"i");return o=>t.test(o)}catch{return cc(e)}}function cc(e){let t=e.toLowerCase();return o=>o.toLowerCase().includes(
 t)}function uc(e,t){let{control:o}=e,n=i("input",{size:24,placeholder:"date and time","aria-label":"Name of the recording",spellcheck:"false"}),s=i("input",{type:"\
 number",min:0,step:"any",placeholder:"none","aria-label":"Largest size in MB"}),l=i("input",{type:"number",min:0,step:"any",placeholder:"none","aria-label":"Lon\
 gest time in seconds"}),r=i("input",{type:"checkbox",checked:!0,onchange:()=>M()}),a=i("input",{size:18,placeholder:"filter","aria-label":"Filter the topics to \
 record",spellcheck:"false",oninput:()=>M()}),c=i("div",{class:"topics-to-record",role:"group","aria-label":"Topics to record"}),u=he("p"),h=i("span",{class:"pal\
-e"}),m=i("button",{disabled:!0,onclick:()=>I()},"Start recording"),p=i("p",{class:"recording",role:"status",hidden:!0}),w=i("span",{}),g=i("button",{disabled:!o,
-onclick:()=>L("stop_recording")},"Stop recording"),k=i("button",{onclick:()=>t(v.name)},"Open");p.append(w,g,k);let x=i("details",{},i("summary",{},"Record"),i(
+e"}),m=i("button",{disabled:!0,onclick:()=>I()},"Start recording"),p=i("p",{class:"recording",role:"status",hidden:!0}),k=i("span",{}),g=i("button",{disabled:!o,
+onclick:()=>L("stop_recording")},"Stop recording"),y=i("button",{onclick:()=>t(x.name)},"Open");p.append(k,g,y);let T=i("details",{},i("summary",{},"Record"),i(
 "div",{class:"form"},o?null:i("p",{class:"note"},"This page is read-only. Start it with --control to record."),i("label",{},"Name",n),i("label",{},"At most (MB)",
-s),i("label",{},"At most (s)",l),i("div",{class:"bar"},i("label",{},r,"All topics, including later ones"),a),c,u.element,i("div",{class:"bar"},m,h))),T=i("div",
-{class:"recorder",hidden:!0},p,x),S=new Set,E=[],v=null;function M(){a.hidden=c.hidden=r.checked;let O=Yo(a.value),J=E.filter(_=>S.has(_)||O(_));c.dataset.shown!==
-J.join()&&(c.dataset.shown=J.join(),P(c,J.map(_=>i("label",{},i("input",{type:"checkbox",checked:S.has(_),"data-topic":_,onchange:({target:C})=>C.checked?S.add(
-_):S.delete(_)}),_))))}async function L(O,J={}){let _=await u.attempt(()=>e.act(O,J));return x.open||=!_,_}async function I(){if(!r.checked&&!S.size){u.show("Ch\
-oose topics, or check All topics.");return}let O={size:Number(s.value)*1e6,seconds:Number(l.value)};await L("record",{name:n.value.trim(),topics:r.checked?[]:[...S],
-...O})&&(n.value="",x.open=!1)}return e.watch("recording",{},O=>{if(O.spare===null)return;E=O.topics,M(),v=O.recording;let J=!!v?.is_running;if(m.disabled=!o||J,
-P(h,`${ht(O.spare)} can be recorded.`),p.hidden=!v,!v)return;p.classList.toggle("running",J),g.hidden=!J,k.hidden=J||!v.size;let _=[`${v.topics} ${v.topics===1?
-"topic":"topics"}`,`${v.messages} messages`,`${ht(v.size)} on disk`,vt(v.seconds)];J&&_.push(`${ht(O.spare)} left`),w.textContent=`${J?"\u25CF Recording":"Recor\
-ded"} ${v.name}: ${_.join(", ")}${v.problem?`. ${v.problem}`:""}`},u.show),T}var Bd=["sensor_msgs/Image","sensor_msgs/CompressedImage"],zd=84,jd=30,Hd=300,vi=e=>Bd.includes(e.type);function fc(e,t){return i("label",{class:vi(e)?"name tal\
+s),i("label",{},"At most (s)",l),i("div",{class:"bar"},i("label",{},r,"All topics, including later ones"),a),c,u.element,i("div",{class:"bar"},m,h))),E=i("div",
+{class:"recorder",hidden:!0},p,T),w=new Set,S=[],x=null;function M(){a.hidden=c.hidden=r.checked;let O=Yo(a.value),Y=S.filter(_=>w.has(_)||O(_));c.dataset.shown!==
+Y.join()&&(c.dataset.shown=Y.join(),P(c,Y.map(_=>i("label",{},i("input",{type:"checkbox",checked:w.has(_),"data-topic":_,onchange:({target:C})=>C.checked?w.add(
+_):w.delete(_)}),_))))}async function L(O,Y={}){let _=await u.attempt(()=>e.act(O,Y));return T.open||=!_,_}async function I(){if(!r.checked&&!w.size){u.show("Ch\
+oose topics, or check All topics.");return}if(![s,l].every(Y=>Y.reportValidity()))return;let O={size:Number(s.value)*1e6,seconds:Number(l.value)};await L("recor\
+d",{name:n.value.trim(),topics:r.checked?[]:[...w],...O})&&(n.value="",T.open=!1)}return e.watch("recording",{},O=>{if(O.spare===null)return;S=O.topics,M(),x=O.
+recording;let Y=!!x?.is_running;if(m.disabled=!o||Y,P(h,`${ht(O.spare)} can be recorded.`),p.hidden=!x,!x)return;p.classList.toggle("running",Y),g.hidden=!Y,y.hidden=
+Y||!x.size;let _=[`${x.topics} ${x.topics===1?"topic":"topics"}`,`${x.messages} messages`,`${ht(x.size)} on disk`,vt(x.seconds)];Y&&_.push(`${ht(O.spare)} left`),
+k.textContent=`${Y?"\u25CF Recording":"Recorded"} ${x.name}: ${_.join(", ")}${x.problem?`. ${x.problem}`:""}`},u.show),E}var Bd=["sensor_msgs/Image","sensor_msgs/CompressedImage"],zd=84,jd=30,Hd=300,vi=e=>Bd.includes(e.type);function fc(e,t){return i("label",{class:vi(e)?"name tal\
 l":"name",title:`${e.topic}: ${e.count} messages of ${e.type}`},i("input",{type:"checkbox",checked:!0,"data-topic":e.topic,onchange:t}),i("span",{},e.topic),i("\
 span",{class:"pale"},String(e.count)))}function pc(e){let t=i("canvas",{class:"density",width:e.bins.length,height:1,"aria-hidden":"true"}),o=t.getContext("2d"),
 n=Math.max(...e.bins);return o.fillStyle="#2f6fb3",e.bins.forEach((s,l)=>{s&&(o.globalAlpha=.3+.7*s/n,o.fillRect(l,0,1,1))}),i("div",{class:vi(e)?"lane tall":"l\
@@ -228,13 +229,13 @@ this.span*t)}follow(t){return(t<this.first||t>this.first+this.span)&&this.show(t
 return`${100*t/this.span}%`}ticks(){let[t,o]=[this.first-this.begin,this.first+this.span-this.begin],n=Vd.find(l=>(o-t)/l<6)??(o-t)/6,s=Math.ceil(t/n);return Array.
 from({length:Math.max(0,Math.ceil(o/n)-s)},(l,r)=>(s+r)*n)}spread(t){return Array.from({length:t},(o,n)=>this.first+(n+.5)*this.span/t)}};var Gd=.01,dc={"+":1/1.5,"=":1/1.5,"-":1.5,0:1/0};function mc(e){let t=i("div",{class:"cursor"}),o=i("div",{class:"selection",hidden:!0}),n=i("div",{class:"axis"}),
 s=i("div",{class:"area",tabindex:0,role:"slider","aria-label":"Moment","aria-keyshortcuts":"t","aria-valuemin":0,title:"Click or drag to jump; with Shift, selec\
-t a part. Escape clears the selection. The wheel, + and - zoom; 0 shows the whole bag.",onkeydown:E=>S(E)},o,t),l=i("div",{class:"names"}),r=i("div",{class:"lan\
-es"},n,s),a=i("div",{class:"timeline"},l,r),c=hc(s),u=null,h=new Xo(0,1),m=0,p=null;function w(E){E&&(Kd(n,s,h),g(),c.draw(u,h))}function g(){t.style.left=h.percent(
-m),p&&Object.assign(o.style,{left:h.percent(p[0]),width:h.width(p[1]-p[0])})}function k(E){u=E,m=u.begin,h=new Xo(u.begin,u.end),T(null),P(l,i("div",{class:"axi\
-s"}),u.tracks.map(v=>fc(v,()=>e.choose()))),P(s,u.tracks.map(pc),o,t),s.setAttribute("aria-valuemax",h.duration.toFixed(1)),w(!0)}function x(E){m=E,w(h.follow(m)),
-g(),qd(s,m-u.begin)}function T(E){p=E,o.hidden=!E,g(),e.select(E)}function S(E){if(E.key===" "){E.preventDefault(),e.toggle();return}if(E.key==="Escape"){T(null);
-return}if(!u)return;if(E.key in dc){E.preventDefault(),w(h.zoom(dc[E.key],m));return}let v=Yd(E.key,m,u,Gd*h.span);v!==null&&(E.preventDefault(),E.shiftKey&&T([
-Math.min(p?.[0]??m,v),Math.max(p?.[0]??m,v)]),e.jump(v))}return Xd(s,r,{get time(){return u&&h},draw:w,select:T,jump:e.jump}),{element:a,show:k,setMoment:x,select:T,
+t a part. Escape clears the selection. The wheel, + and - zoom; 0 shows the whole bag.",onkeydown:S=>w(S)},o,t),l=i("div",{class:"names"}),r=i("div",{class:"lan\
+es"},n,s),a=i("div",{class:"timeline"},l,r),c=hc(s),u=null,h=new Xo(0,1),m=0,p=null;function k(S){S&&(Kd(n,s,h),g(),c.draw(u,h))}function g(){t.style.left=h.percent(
+m),p&&Object.assign(o.style,{left:h.percent(p[0]),width:h.width(p[1]-p[0])})}function y(S){u=S,m=u.begin,h=new Xo(u.begin,u.end),E(null),P(l,i("div",{class:"axi\
+s"}),u.tracks.map(x=>fc(x,()=>e.choose()))),P(s,u.tracks.map(pc),o,t),s.setAttribute("aria-valuemax",h.duration.toFixed(1)),k(!0)}function T(S){m=S,k(h.follow(m)),
+g(),qd(s,m-u.begin)}function E(S){p=S,o.hidden=!S,g(),e.select(S)}function w(S){if(S.key===" "){S.preventDefault(),e.toggle();return}if(S.key==="Escape"){E(null);
+return}if(!u)return;if(S.key in dc){S.preventDefault(),k(h.zoom(dc[S.key],m));return}let x=Yd(S.key,m,u,Gd*h.span);x!==null&&(S.preventDefault(),S.shiftKey&&E([
+Math.min(p?.[0]??m,x),Math.max(p?.[0]??m,x)]),e.jump(x))}return Xd(s,r,{get time(){return u&&h},draw:k,select:E,jump:e.jump}),{element:a,show:y,setMoment:T,select:E,
 topics:()=>Ud(l),close:()=>c.close()}}var Ud=e=>[...e.querySelectorAll("input")].filter(t=>t.checked).map(t=>t.dataset.topic);function qd(e,t){e.setAttribute("a\
 ria-valuenow",t.toFixed(1)),e.setAttribute("aria-valuetext",vt(t))}function Kd(e,t,o){P(e,o.ticks().map(n=>{let s=i("span",{class:"tick"},vt(n));return s.style.
 left=o.percent(o.begin+n),s}));for(let n of t.querySelectorAll(".density"))Object.assign(n.style,{left:o.percent(o.begin),width:o.width(o.duration)});for(let n of t.
@@ -246,76 +247,76 @@ r)});for(let l of["pointerup","pointercancel"])e.addEventListener(l,()=>{n=null}
 abs(l.deltaX)>Math.abs(l.deltaY);o.draw(a?r.show(r.first+l.deltaX/e.clientWidth*r.span,r.span):r.zoom(1.002**l.deltaY,s(l)))},{passive:!1})}var Jd=100,Zd=300,Qd=.05,em=[.1,.25,.5,1,2,5,10];function tm(e,t,o){let n=i("select",{"aria-label":"Bag",onchange:()=>ae(n.value)}),s=i("span",{class:"pale"}),l=he(),
 r=Te("\u25A4"),a=i("div",{class:"note choice",role:"group","aria-label":"Bags"}),c=i("progress",{max:1,"aria-label":"Reading the bag",hidden:!0}),u=(B,ee,re,me=null)=>i(
 "button",{"aria-label":ee,title:ee,"aria-keyshortcuts":me,onclick:re},B),h=u("\u25B6","Play",()=>K.control({play:!K.state?.playing}),"Space"),m=B=>K.control({step:B,
-topics:v.topics()}),p=i("select",{"aria-label":"Speed",onchange:()=>K.control({speed:Number(p.value)})},em.map(B=>i("option",{value:B,selected:B===1},`${B}\xD7`))),
-w=i("input",{type:"checkbox","aria-keyshortcuts":"l",onchange:()=>K.control({loop:w.checked})}),g=i("output",{class:"mono","aria-label":"Moment in the bag"}),k=i(
-"input",{size:8,placeholder:"1:02.5","aria-label":"Jump to","aria-keyshortcuts":"/"}),x=ge({class:"transport",hidden:!0},u("|\u25C0","To the beginning",()=>V(K.
-bag.begin)),u("\u25C2|","Previous message",()=>m(-1),","),h,u("\u25B8|","Next message",()=>m(1),"."),p,i("label",{},w,"Loop"),g,i("form",{onsubmit:B=>{B.preventDefault(),
-z(k.value)}},k,i("button",{},"Jump"))),T=i("select",{"aria-label":"Format"},[["bag","Bag"],["csv","CSV"],["images","Images"]].map(([B,ee])=>i("option",{value:B},
-ee))),S=i("button",{"aria-keyshortcuts":"x",title:"Save the checked topics: the part selected by a drag with Shift, or all",onclick:()=>{M||L?D():N(!0)}},"Expor\
-t"),E=i("button",{hidden:!0,title:"End the export"},"Cancel"),v=mc({jump:B=>V(B),toggle:()=>h.click(),select:B=>{M=B,N(!1)},choose:()=>{}}),M=null,L=!1,I=u("Clo\
-se","Close the bag",()=>ae(""));x.append(i("span",{class:"spring"}),T,S,E);let O=uc(o,B=>ae(B));e.append(i("div",{class:"column"},ge({title:"Bags"},n,c,s,i("spa\
-n",{class:"spring"}),I),l.element,O,x,r,a,i("div",{class:"scroll"},v.element))),v.element.hidden=!0;let J=null,_=[],C=null;o.watch("bags",{},B=>{C=B.folder,O.hidden=
+topics:x.topics()}),p=i("select",{"aria-label":"Speed",onchange:()=>K.control({speed:Number(p.value)})},em.map(B=>i("option",{value:B,selected:B===1},`${B}\xD7`))),
+k=i("input",{type:"checkbox","aria-keyshortcuts":"l",onchange:()=>K.control({loop:k.checked})}),g=i("output",{class:"mono","aria-label":"Moment in the bag"}),y=i(
+"input",{size:8,placeholder:"1:02.5","aria-label":"Jump to","aria-keyshortcuts":"/"}),T=ge({class:"transport",hidden:!0},u("|\u25C0","To the beginning",()=>V(K.
+bag.begin)),u("\u25C2|","Previous message",()=>m(-1),","),h,u("\u25B8|","Next message",()=>m(1),"."),p,i("label",{},k,"Loop"),g,i("form",{onsubmit:B=>{B.preventDefault(),
+z(y.value)}},y,i("button",{},"Jump"))),E=i("select",{"aria-label":"Format"},[["bag","Bag"],["csv","CSV"],["images","Images"]].map(([B,ee])=>i("option",{value:B},
+ee))),w=i("button",{"aria-keyshortcuts":"x",title:"Save the checked topics: the part selected by a drag with Shift, or all",onclick:()=>{M||L?D():N(!0)}},"Expor\
+t"),S=i("button",{hidden:!0,title:"End the export"},"Cancel"),x=mc({jump:B=>V(B),toggle:()=>h.click(),select:B=>{M=B,N(!1)},choose:()=>{}}),M=null,L=!1,I=u("Clo\
+se","Close the bag",()=>ae(""));T.append(i("span",{class:"spring"}),E,w,S);let O=uc(o,B=>ae(B));e.append(i("div",{class:"column"},ge({title:"Bags"},n,c,s,i("spa\
+n",{class:"spring"}),I),l.element,O,T,r,a,i("div",{class:"scroll"},x.element))),x.element.hidden=!0;let Y=null,_=[],C=null;o.watch("bags",{},B=>{C=B.folder,O.hidden=
 !C,_.join(`
 `)!==B.bags.map(re=>re.name).join(`
 `)&&(_=B.bags.map(re=>re.name),P(a,_.slice(0,Jd).map(re=>i("a",{href:ke("bags",re)},re))));let ee=[["","Choose a bag"],...B.bags.map(re=>[re.name,`${re.name} (${ht(
 re.size)})`])];ee.map(([,re])=>re).join(`
 `)!==[...n.options].map(re=>re.textContent).join(`
 `)&&(P(n,ee.map(([re,me])=>i("option",{value:re},me))),n.value=K.name),oe()},l.show);function N(B){L=B;let ee=L?` the whole bag (${ht(K.bag.size)})?`:"",re=M?` \
-selection (${vt(M[1]-M[0])})`:ee;P(S,`Export${re}`)}function D(){let{bag:B}=K,[ee,re]=M??[B.begin,B.end],me=[],xe=0,Ye=()=>P(S,`Exporting: ${ht(xe)}`);S.disabled=
-!0,E.hidden=!1,Ye();let De=H=>{S.disabled=!1,E.hidden=!0,N(!1),l.show(H),Ge()};E.onclick=()=>De("");let Ge=o.watch("bag_export",{name:B.name,format:T.value,topics:v.
+selection (${vt(M[1]-M[0])})`:ee;P(w,`Export${re}`)}function D(){let{bag:B}=K,[ee,re]=M??[B.begin,B.end],me=[],xe=0,Ye=()=>P(w,`Exporting: ${ht(xe)}`);w.disabled=
+!0,S.hidden=!1,Ye();let De=H=>{w.disabled=!1,S.hidden=!0,N(!1),l.show(H),Ge()};S.onclick=()=>De("");let Ge=o.watch("bag_export",{name:B.name,format:E.value,topics:x.
 topics(),begin:ee,end:re},H=>{if(!H.done){me.push(H),xe+=H.byteLength,Ye();return}let ce=B.name.split("/").at(-1).replace(/\.(bag|mcap|bag\.active)$/,"");yt(`${ce}\
--part.${T.value==="bag"?"bag":"zip"}`,new Blob(me),"application/octet-stream"),De("")},H=>H&&De(H),{always:!0})}async function V(B){K.bag&&(Y=B-K.bag.begin,v.setMoment(
-B),await K.jump(B),K.error||(Y=null))}function z(B){let[ee,re="0"]=B.trim().split(":").reverse(),me=Number(re)*60+Number(ee);B.trim()&&Number.isFinite(me)&&V(K.
+-part.${E.value==="bag"?"bag":"zip"}`,new Blob(me),"application/octet-stream"),De("")},H=>H&&De(H),{always:!0})}async function V(B){K.bag&&(X=B-K.bag.begin,x.setMoment(
+B),await K.jump(B),K.error||(X=null))}function z(B){let[ee,re="0"]=B.trim().split(":").reverse(),me=Number(re)*60+Number(ee);B.trim()&&Number.isFinite(me)&&V(K.
 bag.begin+me)}function oe(){let{bag:B,state:ee,opening:re,name:me}=K;l.show(K.error||ee?.error||""),c.hidden=re===null||!me,re?c.value=re:c.removeAttribute("val\
-ue"),x.hidden=v.element.hidden=!B,r.hidden=!!B,a.hidden=!!me,I.hidden=!me,P(r,Q(me)),n.value=K.isRewind?"":me,B||(J=null),!me&&W&&!K.error&&U(),B&&ee?R(B,ee):P(
+ue"),T.hidden=x.element.hidden=!B,r.hidden=!!B,a.hidden=!!me,I.hidden=!me,P(r,Q(me)),n.value=K.isRewind?"":me,B||(Y=null),!me&&W&&!K.error&&U(),B&&ee?R(B,ee):P(
 s)}function Q(B){return C===null?"":C===""?"Start the command with --bags DIR to open the bags in a folder.":B?"Reading the bag \u2026":_.length?"While a bag is\
- open, all tabs show its moment instead of the running system.":`There are no bags in ${C}.`}function R(B,ee){J!==B&&(J=B,v.show(B),Y!==null&&V(B.begin+Y),P(s,`${ht(
-B.size)}, ${vt(B.end-B.begin)}, from ${new Date(B.begin*1e3).toLocaleString("en-GB")}${B.damage.length?`; damaged: ${B.damage[0]}`:""}`)),v.setMoment(K.moment),
-!K.jumping&&!ee.playing&&!B.rewind&&te(ee.moment-B.begin),g.textContent=`${vt(ee.moment-B.begin)} / ${vt(B.end-B.begin)}`,p.value=String(ee.speed),w.checked=ee.
+ open, all tabs show its moment instead of the running system.":`There are no bags in ${C}.`}function R(B,ee){Y!==B&&(Y=B,x.show(B),X!==null&&V(B.begin+X),P(s,`${ht(
+B.size)}, ${vt(B.end-B.begin)}, from ${new Date(B.begin*1e3).toLocaleString("en-GB")}${B.damage.length?`; damaged: ${B.damage[0]}`:""}`)),x.setMoment(K.moment),
+!K.jumping&&!ee.playing&&!B.rewind&&te(ee.moment-B.begin),g.textContent=`${vt(ee.moment-B.begin)} / ${vt(B.end-B.begin)}`,p.value=String(ee.speed),k.checked=ee.
 loop;let re=ee.playing?"Pause":"Play";h.title!==re&&(h.setAttribute("aria-label",re),h.title=re,P(h,ee.playing?"\u2016":"\u25B6"))}K.addEventListener("change",oe,
 {signal:o.signal});let W="",j=0;function te(B){let ee=B<Qd?K.name:`${K.name}@${B.toFixed(1)}`;ee!==W&&(W=ee,clearTimeout(j),j=setTimeout(()=>o.remember(W,{isReplacing:!0}),
-Zd))}let Y=null;function U(){clearTimeout(j),W="",o.remember("",{isReplacing:!0})}function ae(B){clearTimeout(j),W=B,Y=null,o.remember(B),K.open(B)}function be(B){
-let[,ee,re]=/^(.*?)(?:@(\d+(?:\.\d+)?))?$/.exec(B);clearTimeout(j),W=B,Y=re===void 0?null:Number(re),!(K.isRewind&&!ee)&&(ee!==K.name?K.open(ee):Y!==null&&K.bag&&
-V(K.bag.begin+Y))}return o.signal.addEventListener("abort",()=>{clearTimeout(j),v.close()}),t&&be(t),oe(),{go:be}}var Mi={};Ze(Mi,{open:()=>pm});var ki="console ",nm=e=>Rn(Nn("console",e));function om(e){let[t]=Pn(ao(e,["console"]));return t?.argument??""}function gc(e,t,o,n,s){let l=he("p"),r=i("ul",{class:"\
+Zd))}let X=null;function U(){clearTimeout(j),W="",o.remember("",{isReplacing:!0})}function ae(B){clearTimeout(j),W=B,X=null,o.remember(B),K.open(B)}function be(B){
+let[,ee,re]=/^(.*?)(?:@(\d+(?:\.\d+)?))?$/.exec(B);clearTimeout(j),W=B,X=re===void 0?null:Number(re),!(K.isRewind&&!ee)&&(ee!==K.name?K.open(ee):X!==null&&K.bag&&
+V(K.bag.begin+X))}return o.signal.addEventListener("abort",()=>{clearTimeout(j),x.close()}),t&&be(t),oe(),{go:be}}var Mi={};Ze(Mi,{open:()=>pm});var ki="console ",nm=e=>Rn(Nn("console",e));function om(e){let[t]=Pn(ao(e,["console"]));return t?.argument??""}function gc(e,t,o,n,s){let l=he("p"),r=i("ul",{class:"\
 tree"}),a=i("input",{placeholder:"Name","aria-label":"Name of the rules",maxlength:50,spellcheck:"false"}),c=i("button",{},"Save the filters"),u=i("form",{class:"\
-choices",onsubmit:w=>{w.preventDefault(),l.attempt(h)}},a,c);P(e,Ke("Rules",s),i("p",{class:"key"},"Levels and filters under a name, for all browsers."),l.element,
-r,u);async function h(){m(await t.act("save_layout",{name:ki+a.value.trim(),panels:nm(o())})),a.value=""}function m({names:w,may_save:g}){let k=w.filter(x=>x.startsWith(
-ki));u.hidden=!g,P(r,k.length?k.map(x=>p(x,g)):i("li",{class:"key"},"No rules are saved."))}function p(w,g){let k=w.slice(ki.length);return i("li",{},i("button",
-{class:"plain",onclick:()=>l.attempt(async()=>n(om((await t.act("layout",{name:w})).panels)))},k)," ",g?i("button",{class:"plain","aria-label":`Delete the rules\
- ${k}`,onclick:()=>l.attempt(async()=>m(await t.act("delete_layout",{name:w})))},"\xD7"):null)}l.attempt(async()=>m(await t.act("layouts")))}var wc={level:"number",node:"string",text:"string",stamp:"number",file:"string",line:"number",function:"string"},yc=Object.keys(wc),bc=1e8,vc=e=>e.map(t=>`${JSON.
+choices",onsubmit:k=>{k.preventDefault(),l.attempt(h)}},a,c);P(e,Ke("Rules",s),i("p",{class:"key"},"Levels and filters under a name, for all browsers."),l.element,
+r,u);async function h(){m(await t.act("save_layout",{name:ki+a.value.trim(),panels:nm(o())})),a.value=""}function m({names:k,may_save:g}){let y=k.filter(T=>T.startsWith(
+ki));u.hidden=!g,P(r,y.length?y.map(T=>p(T,g)):i("li",{class:"key"},"No rules are saved."))}function p(k,g){let y=k.slice(ki.length);return i("li",{},i("button",
+{class:"plain",onclick:()=>l.attempt(async()=>n(om((await t.act("layout",{name:k})).panels)))},y)," ",g?i("button",{class:"plain","aria-label":`Delete the rules\
+ ${y}`,onclick:()=>l.attempt(async()=>m(await t.act("delete_layout",{name:k})))},"\xD7"):null)}l.attempt(async()=>m(await t.act("layouts")))}var wc={level:"number",node:"string",text:"string",stamp:"number",file:"string",line:"number",function:"string"},yc=Object.keys(wc),bc=1e8,vc=e=>e.map(t=>`${JSON.
 stringify(Object.fromEntries(yc.map((o,n)=>[o,t[n]])))}
 `).join("");function xc(e){if(e.length>bc)throw new Error(`it has ${e.length} characters; the limit is ${bc}`);let t=[];return e.split(`
 `).forEach((o,n)=>{o.trim()&&t.push(sm(o,n+1))}),t}function sm(e,t){let o;try{o=JSON.parse(e)??{}}catch{throw new Error(`line ${t} is not JSON`)}for(let[n,s]of Object.
 entries(wc))if(typeof o[n]!==s)throw new Error(`line ${t}: ${n} must be a ${s}`);return yc.map(n=>o[n])}var[kc,lm,im]=[0,1,2],rm=8,am=e=>`${e[kc]} ${e[lm]} ${e[im]}`,Bs=class{constructor(){this.isFolding=!0,this.all=[]}set(t){this.all=[],this.add(t)}add(t){for(let o of t){
 let n=this.isFolding?am(o):"",s=this.all.at(-1);n&&s?.key===n?(s.entry=o,s.count+=1):this.all.push({entry:o,first:o,count:1,key:n})}}nextError(t){let o=({entry:s})=>s[kc]>=
 rm,n=this.all.findIndex((s,l)=>l>t&&o(s));return n>=0?n:this.all.findIndex(o)}};var cm=["debug","info","warn","error","fatal"];function Sc(e,t,o,n,s,l){let{control:r}=t,a=i("input",{value:n,placeholder:"/node","aria-label":"Node",list:pt("l\
-ogger-nodes"),onchange:()=>h()}),c=i("datalist",{id:a.getAttribute("list")},o.map(w=>i("option",{value:w}))),u=i("div",{});P(e,Ke("Logger levels",l),r?null:i("p",
-{class:"key"},"Start with --control to change levels."),a,c,u);async function h(){try{let w=await t.act("loggers",{name:a.value});P(u,i("table",{},w.map(g=>i("t\
-r",{},i("td",{},g.name),i("td",{},m(g))))))}catch(w){P(u,i("p",{class:"error"},w.message))}}let m=w=>i("select",{disabled:!r,"aria-label":`Level of ${w.name}`,onchange:({
-target:g})=>p(w.name,g.value)},cm.map(g=>i("option",{value:g,selected:g===w.level.toLowerCase()},g)));async function p(w,g){await s.attempt(()=>t.act("set_logge\
-r_level",{name:a.value,logger:w,level:g}))||h()}n&&h()}var zs=1e5,$c=matchMedia("(max-width: 700px)"),kn=()=>$c.matches?40:22,um=/;(?=(?:levels|text|node|place)=)/,Si="A part of the text; -part excludes; /regular ex\
+ogger-nodes"),onchange:()=>m()}),c=i("datalist",{id:a.getAttribute("list")},o.map(g=>i("option",{value:g}))),u=i("div",{});P(e,Ke("Logger levels",l),r?null:i("p",
+{class:"key"},"Start with --control to change levels."),a,c,u);let h=t.newest();async function m(){try{let g=await h("loggers",{name:a.value});P(u,i("table",{},
+g.map(y=>i("tr",{},i("td",{},y.name),i("td",{},p(y))))))}catch(g){P(u,i("p",{class:"error"},g.message))}}let p=g=>i("select",{disabled:!r,"aria-label":`Level of\
+ ${g.name}`,onchange:({target:y})=>k(g.name,y.value)},cm.map(y=>i("option",{value:y,selected:y===g.level.toLowerCase()},y)));async function k(g,y){await s.attempt(
+()=>t.act("set_logger_level",{name:a.value,logger:g,level:y}))||m()}n&&m()}var zs=1e5,$c=matchMedia("(max-width: 700px)"),kn=()=>$c.matches?40:22,um=/;(?=(?:levels|text|node|place)=)/,Si="A part of the text; -part excludes; /regular ex\
 pression/",xo=[[1,"Debug"],[2,"Info"],[4,"Warn"],[8,"Error"],[16,"Fatal"]],[js,vo,Ei,Jo,Ti,fm,Ec]=[0,1,2,3,4,5,6];function pm(e,t,o){let n=[],s=[],l=new Bs,r=0,
 a="",c=null,u=!1,h=[],m=new Set(xo.map(([H])=>H)),p=new Map(xo.map(([H])=>[H,i("input",{type:"checkbox",checked:!0,onchange:ce=>{ce.target.checked?m.add(H):m.delete(
-H),W()}})])),w=i("input",{type:"search",placeholder:"Text",title:Si,"aria-label":"Filter by text","aria-keyshortcuts":"/",oninput:()=>W()}),g=i("input",{type:"s\
-earch",placeholder:"Node",title:Si,"aria-label":"Filter by node",oninput:()=>W()}),k=i("input",{type:"search",placeholder:"File or function",title:Si,"aria-labe\
-l":"Filter by place",size:14,oninput:()=>W()}),x={text:w,node:g,place:k},T=i("input",{type:"checkbox",checked:!0,onchange:()=>{l.isFolding=T.checked,Y()}}),S=i(
-"button",{"aria-pressed":"false",onclick:()=>v(!u)},"Pause"),E=i("input",{type:"file",hidden:!0,"aria-label":"Log file",accept:".jsonl",onchange:()=>M()});function v(H){
-u=H,S.setAttribute("aria-pressed",String(u)),P(S,u?"Resume":"Pause"),u||R(h.splice(0))}async function M(){try{let H=xc(await E.files[0].text());v(!0),n=H.slice(
--zs),r=0,Y(),I.show()}catch(H){I.show(`${E.files[0].name} cannot be loaded: ${H.message}`)}E.value=""}let L=i("span",{class:"count pale"}),I=he(),O=Te("\u2261"),
-J=i("div",{class:"space"}),_=i("div",{class:"rows",role:"log","aria-live":"off"}),C=i("div",{class:"scroll log",tabindex:0,role:"group","aria-label":"Entries; u\
-p and down choose one",onscroll:()=>ae(),onkeydown:H=>B(H)},J,_),N=i("aside",{hidden:!0,tabindex:0,"aria-label":"Entry"});e.append(i("div",{class:"column"},ge({
-title:"Console"},xo.map(([H,ce])=>i("label",{class:`level-${H}`},p.get(H),ce)),w,g,i("label",{title:"Show consecutive equal entries as one row"},T,"Fold"),i("bu\
-tton",{title:"Go to the next error (e)",onclick:()=>re()},"Next error"),i("span",{class:"spring"}),L,S,i("button",{onclick:()=>{n=[],r=0,Y()}},"Clear"),k,i("but\
+H),W()}})])),k=i("input",{type:"search",placeholder:"Text",title:Si,"aria-label":"Filter by text","aria-keyshortcuts":"/",oninput:()=>W()}),g=i("input",{type:"s\
+earch",placeholder:"Node",title:Si,"aria-label":"Filter by node",oninput:()=>W()}),y=i("input",{type:"search",placeholder:"File or function",title:Si,"aria-labe\
+l":"Filter by place",size:14,oninput:()=>W()}),T={text:k,node:g,place:y},E=i("input",{type:"checkbox",checked:!0,onchange:()=>{l.isFolding=E.checked,X()}}),w=i(
+"button",{"aria-pressed":"false",onclick:()=>x(!u)},"Pause"),S=i("input",{type:"file",hidden:!0,"aria-label":"Log file",accept:".jsonl",onchange:()=>M()});function x(H){
+u=H,w.setAttribute("aria-pressed",String(u)),P(w,u?"Resume":"Pause"),u||R(h.splice(0))}async function M(){try{let H=xc(await S.files[0].text());x(!0),n=H.slice(
+-zs),r=0,X(),I.show()}catch(H){I.show(`${S.files[0].name} cannot be loaded: ${H.message}`)}S.value=""}let L=i("span",{class:"count pale"}),I=he(),O=Te("\u2261"),
+Y=i("div",{class:"space"}),_=i("div",{class:"rows",role:"log","aria-live":"off"}),C=i("div",{class:"scroll log",tabindex:0,role:"group","aria-label":"Entries; u\
+p and down choose one",onscroll:()=>ae(),onkeydown:H=>B(H)},Y,_),N=i("aside",{hidden:!0,tabindex:0,"aria-label":"Entry"});e.append(i("div",{class:"column"},ge({
+title:"Console"},xo.map(([H,ce])=>i("label",{class:`level-${H}`},p.get(H),ce)),k,g,i("label",{title:"Show consecutive equal entries as one row"},E,"Fold"),i("bu\
+tton",{title:"Go to the next error (e)",onclick:()=>re()},"Next error"),i("span",{class:"spring"}),L,w,i("button",{onclick:()=>{n=[],r=0,X()}},"Clear"),y,i("but\
 ton",{title:"Save the entries that pass the filters",onclick:()=>yt("log.jsonl",vc(s),"application/jsonl")},"Save"),i("button",{title:"Show the entries of a sav\
-ed file",onclick:()=>E.click()},"Load"),E,i("button",{onclick:()=>De()},"Rules"),i("button",{onclick:()=>Ge()},"Logger levels")),I.element,O,C),N);let D=new WeakMap;
-o.onSource(()=>{n=[],r=0,Y()});let[V,z,oe]=[w,g,k].map(H=>Yo(H.value)),Q=H=>m.has(H[js])&&z(H[vo])&&V(H[Ei])&&oe(`${H[Ti]} ${H[Ec]}`);function R(H){n.push(...H);
+ed file",onclick:()=>S.click()},"Load"),S,i("button",{onclick:()=>De()},"Rules"),i("button",{onclick:()=>Ge()},"Logger levels")),I.element,O,C),N);let D=new WeakMap;
+o.onSource(()=>{n=[],r=0,X()});let[V,z,oe]=[k,g,y].map(H=>Yo(H.value)),Q=H=>m.has(H[js])&&z(H[vo])&&V(H[Ei])&&oe(`${H[Ti]} ${H[Ec]}`);function R(H){n.push(...H);
 let ce=H.filter(Q);s.push(...ce),l.add(ce),n.length>zs*1.1&&(n=n.slice(-zs),s=n.filter(Q),l.set(s));let ye=C.scrollTop+C.clientHeight>=C.scrollHeight-kn()*2;U(),
-ye&&(C.scrollTop=C.scrollHeight)}function W(){o.remember(j(),{isReplacing:!0}),Y()}function j(){let H=m.size===xo.length?[]:[`levels=${xo.flatMap(([ye])=>m.has(
-ye)?[ye]:[]).join(",")}`],ce=Object.entries(x).filter(([,ye])=>ye.value).map(([ye,We])=>`${ye}=${We.value}`);return["",...H,...ce].join(";")}function te(H){let[
-ce,...ye]=H.split(um),We=Object.fromEntries(ye.map(Ae=>[Ae.slice(0,Ae.indexOf("=")),Ae.slice(Ae.indexOf("=")+1)]));for(let[Ae,Ve]of Object.entries(x))Ve.value=We[Ae]??
-"";for(let[Ae,Ve]of p)Ve.checked=!("levels"in We)||We.levels.split(",").includes(String(Ae)),Ve.checked?m.add(Ae):m.delete(Ae);Y(),ce&&Ge(ce)}function Y(){[V,z,
-oe]=[w,g,k].map(H=>Yo(H.value)),s=n.filter(Q),l.set(s),c&&(c=l.all.find(({first:H,entry:ce})=>c.entry===ce||c.first===H)??null),U(),C.scrollTop=C.scrollHeight}function U(){
-O.hidden=s.length>0,P(O,n.length?`None of the ${n.length} entries passes the filters.`:"There are no entries in the log."),J.style.height=`${l.all.length*kn()}p\
+ye&&(C.scrollTop=C.scrollHeight)}function W(){o.remember(j(),{isReplacing:!0}),X()}function j(){let H=m.size===xo.length?[]:[`levels=${xo.flatMap(([ye])=>m.has(
+ye)?[ye]:[]).join(",")}`],ce=Object.entries(T).filter(([,ye])=>ye.value).map(([ye,We])=>`${ye}=${We.value}`);return["",...H,...ce].join(";")}function te(H){let[
+ce,...ye]=H.split(um),We=Object.fromEntries(ye.map(Ae=>[Ae.slice(0,Ae.indexOf("=")),Ae.slice(Ae.indexOf("=")+1)]));for(let[Ae,Ve]of Object.entries(T))Ve.value=We[Ae]??
+"";for(let[Ae,Ve]of p)Ve.checked=!("levels"in We)||We.levels.split(",").includes(String(Ae)),Ve.checked?m.add(Ae):m.delete(Ae);X(),ce&&Ge(ce)}function X(){[V,z,
+oe]=[k,g,y].map(H=>Yo(H.value)),s=n.filter(Q),l.set(s),c&&(c=l.all.find(({first:H,entry:ce})=>c.entry===ce||c.first===H)??null),U(),C.scrollTop=C.scrollHeight}function U(){
+O.hidden=s.length>0,P(O,n.length?`None of the ${n.length} entries passes the filters.`:"There are no entries in the log."),Y.style.height=`${l.all.length*kn()}p\
 x`,P(L,`${s.length} of ${n.length}${r?`, ${r} lost`:""}`),ae()}function ae(){let H=Math.max(0,Math.floor(C.scrollTop/kn())-5),{all:ce}=l,ye=Math.min(ce.length,H+
 Math.ceil(C.clientHeight/kn())+10);_.style.transform=`translateY(${H*kn()}px)`;let We=ce.slice(H,ye).map(be);for(let Ae of[..._.children])We.includes(Ae)||Ae.remove();
 We.forEach((Ae,Ve)=>Ae.classList.toggle("again",ce[H+Ve].entry[vo]===ce[H+Ve-1]?.entry[vo])),We.forEach((Ae,Ve)=>{_.children[Ve]!==Ae&&_.insertBefore(Ae,_.children[Ve]??
@@ -336,26 +337,26 @@ N.hidden=!1;let ce=[...new Set(n.map(ye=>ye[vo]))];Sc(N,o,ce,H,I,()=>{N.hidden=!
 ()=>ae()).observe(C),t&&te(t),{go:te}}var Tc=e=>xo.find(([t])=>t===e)?.[1]??String(e),hm=new Intl.DateTimeFormat("en-GB",{hour:"2-digit",minute:"2-digit",second:"\
 2-digit",fractionalSecondDigits:3}),dm=1e8,$i=e=>e<dm?`${e.toFixed(3)} s`:hm.format(e*1e3);var Li={};Ze(Li,{open:()=>ym});function Hs(e,t){let o=new Set;return e.addEventListener("click",n=>{let s=n.target instanceof Element?n.target.closest("button"):null;s&&t(s.dataset.name)}),e.
 addEventListener("toggle",({target:{open:n,dataset:s}})=>{s.path&&o[n?"delete":"add"](s.path)},{capture:!0}),()=>{for(let n of e.querySelectorAll("details[data-\
-path]"))n.open=!o.has(n.dataset.path)}}function Ws(e,t,o=1/0){let n={below:new Map,item:null};for(let s of e){let l=n,r=t(s).split("/").filter(Boolean);r.length>o&&r.push(r.splice(o-1).join("/"));for(let a of r)
-l.below.has(a)||l.below.set(a,{below:new Map,item:null}),l=l.below.get(a);l.item=s}return n.below}var mm=[0,1,3,2],gm=200,bm=[{title:"Level",text:({level:e})=>i("span",{},Go(e),As[e]??String(e)),order:({level:e,name:t})=>`${9-(mm[e]??9)} ${t}`},{title:"Compo\
+path]"))n.open=!o.has(n.dataset.path)}}function Ws(e,t,o=1/0){let n={below:new Map,item:null};for(let s of e){let l=n,r=t(s).split("/").filter(Boolean);r.length||r.push(t(s)),r.length>o&&r.push(r.splice(
+o-1).join("/"));for(let a of r)l.below.has(a)||l.below.set(a,{below:new Map,item:null}),l=l.below.get(a);l.item=s}return n.below}var mm=[0,1,3,2],gm=200,bm=[{title:"Level",text:({level:e})=>i("span",{},Go(e),As[e]??String(e)),order:({level:e,name:t})=>`${9-(mm[e]??9)} ${t}`},{title:"Compo\
 nent",kind:"long",text:({name:e})=>e,order:({name:e})=>e},{title:"Message",kind:"long",text:({message:e})=>e,order:({message:e})=>e}],wm=50;function ym(e,t,o){let n=he(),
-s=i("span",{class:"choices"}),l=at(bm,{label:"Problems",keyOf:({name:E})=>E,onChoose:E=>x(E===m?"":E),most:gm,sortBy:"Level"}),r=i("div",{class:"scroll problems",
+s=i("span",{class:"choices"}),l=at(bm,{label:"Problems",keyOf:({name:S})=>S,onChoose:S=>T(S===m?"":S),most:gm,sortBy:"Level"}),r=i("div",{class:"scroll problems",
 hidden:!0},l.element),a=i("div",{class:"scroll params"},i("ul",{class:"tree"})),c=i("div",{}),u=i("aside",{hidden:!0,tabindex:0,"aria-label":"Component"},c),h=Te(
-"\u2665");e.append(i("div",{class:"column"},ge({title:"Diagnostics"},s),n.element,h,r,a),u);let m=t,p=[],w=new Map,g=Hs(a,x);function k(){let E=[0,0,0,0];for(let M of p)
-E[M.level]+=1;P(s,As.map((M,L)=>i("span",{class:E[L]?`badge diagnostic-${L}`:"badge none"},`${M}: ${E[L]}`)));let v=p.filter(({level:M})=>M>0);r.hidden=v.length===
-0,l.show(v),l.mark(m),Ne(a.firstChild,Lc(Ws(p,({name:M})=>M,wm),"")),g(),S()}function x(E){o.remember(E),T(E)}function T(E){m=E,k()}function S(){let E=p.find(({
-name:v})=>v&&v===m);u.hidden=!E,E&&Ne(c,vm(E,()=>x("")))}return o.watch("diagnostics",{},E=>{E.fresh&&(w=new Map);for(let v of E.components)w.set(v.name,v);!w.has(
-m)&&w.has(`/${m}`)&&(m=`/${m}`),p=[...w.values()].sort((v,M)=>v.name<M.name?-1:1).map(v=>{let{age:M,level:L}=fo(v,E);return{...v,age:M.toFixed(1),level:L}}),n.show(
-E.error),h.hidden=p.length>0,p.length||P(h,`Nothing received yet on ${E.topics.join(" or ")}.`),k()},n.show,{always:!0}),{go:T}}var Mc=e=>Math.max(e.item?.level??
+"\u2665");e.append(i("div",{class:"column"},ge({title:"Diagnostics"},s),n.element,h,r,a),u);let m=t,p=[],k=new Map,g=Hs(a,T);function y(){let S=[0,0,0,0];for(let M of p)
+S[M.level]+=1;P(s,As.map((M,L)=>i("span",{class:S[L]?`badge diagnostic-${L}`:"badge none"},`${M}: ${S[L]}`)));let x=p.filter(({level:M})=>M>0);r.hidden=x.length===
+0,l.show(x),l.mark(m),Ne(a.firstChild,Lc(Ws(p,({name:M})=>M,wm),"")),g(),w()}function T(S){o.remember(S),E(S)}function E(S){m=S,y()}function w(){let S=p.find(({
+name:x})=>x&&x===m);u.hidden=!S,S&&Ne(c,vm(S,()=>T("")))}return o.watch("diagnostics",{},S=>{S.fresh&&(k=new Map);for(let x of S.components)k.set(x.name,x);!k.has(
+m)&&k.has(`/${m}`)&&(m=`/${m}`),p=[...k.values()].sort((x,M)=>x.name<M.name?-1:1).map(x=>{let{age:M,level:L}=fo(x,S);return{...x,age:M.toFixed(1),level:L}}),n.show(
+S.error),h.hidden=p.length>0,p.length||P(h,`Nothing received yet on ${S.topics.join(" or ")}.`),y()},n.show,{always:!0}),{go:E}}var Mc=e=>Math.max(e.item?.level??
 0,...[...e.below.values()].map(Mc));function Lc(e,t){return i("ul",{class:"tree"},[...e].sort(([o],[n])=>o.localeCompare(n)).map(([o,{below:n,item:s}])=>{let l=`${t}\
 /${o}`,r=[Go(Mc({below:n,item:s})),s?i("button",{class:"plain","data-name":s.name},o,i("span",{class:"key"},` ${s.message}`)):o];return n.size?i("li",{"data-key":`${o}\
 /`},i("details",{"data-path":l},i("summary",{},r),Lc(n,l))):i("li",{"data-key":o},r)}))}function vm(e,t){return i("div",{},Ke(e.name,t),i("p",{},i("span",{class:`\
 badge diagnostic-${e.level}`},As[e.level]??e.level),` ${e.message}`),i("dl",{},i("dt",{},"Hardware"),i("dd",{},e.hardware||"\u2013"),i("dt",{},"Age"),i("dd",{},
 `${e.age} s`)),i("h3",{},"History"),i("div",{class:"history",role:"img","aria-label":`The newest ${e.history.length} levels`},e.history.map(([o,n])=>i("span",{class:`\
-dot diagnostic-${n}`,title:Yt(o)}))),i("h3",{},"Values"),i("table",{},e.values.map(([o,n])=>i("tr",{},i("td",{class:"key"},o),i("td",{},n)))))}var Ai={};Ze(Ai,{open:()=>Em});function Vs(e,t,{title:o,file:n,prefix:s,columns:l,sortBy:r,sign:a,nothing:c},u,h){let m=he(),p=Te(a,c),w=at(l,{label:o,keyOf:({key:k})=>k,sortBy:r});e.append(i(
-"div",{class:"column"},ge({title:o},i("span",{class:"spring"}),w.csvButton(n)),m.element,p,i("div",{class:"scroll"},w.element)));let g=new Map;t.watch("diagnost\
-ics",{},k=>{k.fresh&&(g=new Map);for(let x of k.components){let T=x.name.indexOf(s),S=x.name.slice(T+s.length),E=T<0?null:u(S,x,g.get(S));E&&g.set(S,E)}m.show(k.
-error),p.hidden=g.size>0,w.show([...g].flatMap(([x,T])=>h(x,T,k)))},m.show,{always:!0})}var xm="/Fleet/",km=[{title:"Member",text:({member:e})=>e,order:({key:e})=>e},{title:"Receives from",text:({from:e})=>e||"\u2013",order:({from:e})=>e},{title:"S\
+dot diagnostic-${n}`,title:Yt(o)}))),i("h3",{},"Values"),i("table",{},e.values.map(([o,n])=>i("tr",{},i("td",{class:"key"},o),i("td",{},n)))))}var Ai={};Ze(Ai,{open:()=>Em});function Vs(e,t,{title:o,file:n,prefix:s,columns:l,sortBy:r,sign:a,nothing:c},u,h){let m=he(),p=Te(a,c),k=at(l,{label:o,keyOf:({key:y})=>y,sortBy:r});e.append(i(
+"div",{class:"column"},ge({title:o},i("span",{class:"spring"}),k.csvButton(n)),m.element,p,i("div",{class:"scroll"},k.element)));let g=new Map;t.watch("diagnost\
+ics",{},y=>{y.fresh&&(g=new Map);for(let T of y.components){let E=T.name.indexOf(s),w=T.name.slice(E+s.length),S=E<0?null:u(w,T,g.get(w));S&&g.set(w,S)}m.show(y.
+error),p.hidden=g.size>0,k.show([...g].flatMap(([T,E])=>h(T,E,y)))},m.show,{always:!0})}var xm="/Fleet/",km=[{title:"Member",text:({member:e})=>e,order:({key:e})=>e},{title:"Receives from",text:({from:e})=>e||"\u2013",order:({from:e})=>e},{title:"S\
 tate",kind:"long",text:Sm,order:({level:e})=>-e},{title:"Topics",kind:"number",text:({values:e})=>e["topics received"]??"\u2013",order:({values:e})=>$t(e["topic\
 s received"])},{title:"Messages/s",kind:"number",text:({rate:e})=>e?.toFixed(1)??"\u2013",order:({rate:e})=>$t(e)},{title:"Messages",kind:"number",text:({messages:e})=>e??
 "\u2013",order:({messages:e})=>$t(e)},...["dropped","unsent","lost","malformed"].map(e=>({title:`${e[0].toUpperCase()}${e.slice(1)}`,kind:"number",text:({values:t})=>t[e]??
@@ -370,38 +371,38 @@ refY:4,markerWidth:11,markerHeight:11,markerUnits:"userSpaceOnUse",orient:"auto"
 ation","aria-label":e,"data-keys":"arrows: move the focused drawing; Enter selects a focused box"},Ee("defs",{},n),o),l=null,r={x:0,y:0,w:100,h:100},a=!1,c=new Map,
 u=[],h=1;function m(R){l=R,h=Cm(l.boxes);let W=c;c=new Map,s.classList.toggle("many",l.boxes.length>Rc);let j=l.bands.map(Pm);u=l.arrows.map(Rm);for(let U of l.
 boxes){let ae=Gs(U),be=p(U,ae),B=W.get(ae)?.vertex??U;be.style.transform=`translate(${B.x}px, ${B.y}px)`,c.set(ae,{vertex:U,group:be})}let te=[...c.values()].map(
-({group:U})=>U),Y=o.contains(document.activeElement)?document.activeElement.getAttribute("data-key"):null;o.replaceChildren(...j,...u.map(({parts:U})=>U[0]),...u.
-map(({parts:U})=>U[1]),...te),c.get(Y)?.group.focus({preventScroll:!0}),requestAnimationFrame(()=>{for(let{vertex:U,group:ae}of c.values())ae.style.transform=`t\
+({group:U})=>U),X=o.contains(document.activeElement)?document.activeElement.getAttribute("data-key"):null;o.replaceChildren(...j,...u.map(({parts:U})=>U[0]),...u.
+map(({parts:U})=>U[1]),...te),c.get(X)?.group.focus({preventScroll:!0}),requestAnimationFrame(()=>{for(let{vertex:U,group:ae}of c.values())ae.style.transform=`t\
 ranslate(${U.x}px, ${U.y}px)`}),a||L()}function p(R,W){let j=`${R.kind}${R.reachable?"":" unreachable"}${R.gone?" gone":""}`,te=R.kind==="node"?Ee("ellipse",{class:j,
-rx:R.w/2,ry:R.h/2}):Ee("rect",{class:j,x:-R.w/2,y:-R.h/2,width:R.w,height:R.h,rx:R.kind==="frame"?12:3}),Y=()=>t(W),U=R.gone?", gone":R.reachable?"":", does not\
- answer",ae=Ee("g",{class:"vertex",tabindex:0,role:"button","data-key":W,"aria-label":`${R.kind} ${R.name}${U}`,onclick:Y,onkeydown:ee=>{(ee.key==="Enter"||ee.key===
-" ")&&(ee.preventDefault(),Y())}},te,Ee("text",{"text-anchor":"middle","dominant-baseline":"central"},R.text),Ee("title",{},[R.name,...R.members].join(`
+rx:R.w/2,ry:R.h/2}):Ee("rect",{class:j,x:-R.w/2,y:-R.h/2,width:R.w,height:R.h,rx:R.kind==="frame"?12:3}),X=()=>t(W),U=R.gone?", gone":R.reachable?"":", does not\
+ answer",ae=Ee("g",{class:"vertex",tabindex:0,role:"button","data-key":W,"aria-label":`${R.kind} ${R.name}${U}`,onclick:X,onkeydown:ee=>{(ee.key==="Enter"||ee.key===
+" ")&&(ee.preventDefault(),X())}},te,Ee("text",{"text-anchor":"middle","dominant-baseline":"central"},R.text),Ee("title",{},[R.name,...R.members].join(`
 `)),R.gone?Ee("text",{class:"age",y:R.h/2+15,"text-anchor":"middle"}):null),[,be,...B]=R.name.split("/");return ae.classList.toggle("tinted",B.length>0),B.length&&
-ae.style.setProperty("--hue",String(Nm(be))),ae}function w(R){for(let{kind:W,name:j,age:te}of R){let Y=c.get(Gs({kind:W,name:j}))?.group.querySelector("text.age");
-Y&&(Y.textContent=`gone ${te} s ago`)}}function g(R){for(let[W,{group:j}]of c)j.classList.toggle("stale",R.includes(W))}let k=R=>c.get(R)?.vertex;function x(R,W){
-u.forEach(({arrow:j,text:te,parts:Y},U)=>{let ae=R(j,U),{isStale:be,width:B}=W(j,U);for(let ee of Y)ee.classList.toggle("stale",be);Y[0].style.setProperty("--wi\
-dth",B.toFixed(1)),te.textContent!==ae&&(te.textContent=ae,Dc(te,ae))})}function T(R){let W=new Set([R]);for(let{arrow:j,parts:te}of u){let[Y,U]=[Gs(j.start),Gs(
-j.end)],ae=Y===R||U===R;for(let be of te)be.classList.toggle("near",ae);ae&&W.add(Y).add(U)}for(let[j,{group:te}]of c)te.classList.toggle("near",W.has(j)),te.classList.
-toggle("selected",j===R);return s.classList.toggle("chosen",c.has(R)),c.has(R)}function S(R){let W=R.trim().toLowerCase(),j=[];for(let[te,{vertex:Y,group:U}]of c){
-let ae=W!==""&&Y.name.toLowerCase().includes(W);U.classList.toggle("found",ae),ae&&j.push(te)}return j}let E=()=>r.w/(s.clientWidth||1);function v(R){r=R,s.setAttribute(
-"viewBox",`${r.x} ${r.y} ${r.w} ${r.h}`);let W=E();s.classList.toggle("far",W>$m),s.classList.toggle("crowded",W>Oc),s.style.setProperty("--box",String(M(W))),s.
+ae.style.setProperty("--hue",String(Nm(be))),ae}function k(R){for(let{kind:W,name:j,age:te}of R){let X=c.get(Gs({kind:W,name:j}))?.group.querySelector("text.age");
+X&&(X.textContent=`gone ${te} s ago`)}}function g(R){for(let[W,{group:j}]of c)j.classList.toggle("stale",R.includes(W))}let y=R=>c.get(R)?.vertex;function T(R,W){
+u.forEach(({arrow:j,text:te,parts:X},U)=>{let ae=R(j,U),{isStale:be,width:B}=W(j,U);for(let ee of X)ee.classList.toggle("stale",be);X[0].style.setProperty("--wi\
+dth",B.toFixed(1)),te.textContent!==ae&&(te.textContent=ae,Dc(te,ae))})}function E(R){let W=new Set([R]);for(let{arrow:j,parts:te}of u){let[X,U]=[Gs(j.start),Gs(
+j.end)],ae=X===R||U===R;for(let be of te)be.classList.toggle("near",ae);ae&&W.add(X).add(U)}for(let[j,{group:te}]of c)te.classList.toggle("near",W.has(j)),te.classList.
+toggle("selected",j===R);return s.classList.toggle("chosen",c.has(R)),c.has(R)}function w(R){let W=R.trim().toLowerCase(),j=[];for(let[te,{vertex:X,group:U}]of c){
+let ae=W!==""&&X.name.toLowerCase().includes(W);U.classList.toggle("found",ae),ae&&j.push(te)}return j}let S=()=>r.w/(s.clientWidth||1);function x(R){r=R,s.setAttribute(
+"viewBox",`${r.x} ${r.y} ${r.w} ${r.h}`);let W=S();s.classList.toggle("far",W>$m),s.classList.toggle("crowded",W>Oc),s.style.setProperty("--box",String(M(W))),s.
 style.setProperty("--small-label",`${_i*Math.max(1,W)}px`),s.style.setProperty("--grow",String(Math.max(1,W)))}let M=R=>Math.min(h,Math.max(1,_i*R/Ac));function L(){
 a=!1;let{width:R,height:W,bottom:j}=s.getBoundingClientRect();if(!l||!R||!W)return;let te=s.parentElement.querySelector(".corner")?.getBoundingClientRect().top??
-j,Y=Math.max(1,W-Math.max(0,j-te)-Am),U=M(Math.max(l.width/R,l.height/Y)),ae=l.boxes.flatMap(({x:De,w:Ge})=>[De-U*Ge/2,De+U*Ge/2]),[be,B]=[Math.min(0,...ae),Math.
-max(l.width,...ae)],ee=Math.min(Lm,R/(B-be),Y/l.height),re=_i/(Ac*h),me=Mm.matches?Math.max(ee,1/Oc,re):ee,xe=be+Math.min(B-be-R/me,0)/2,Ye=Math.min(l.height-Y/
-me,0)/2;v({x:xe,y:Ye,w:R/me,h:W/me})}function I(){let{width:R,height:W}=s.getBoundingClientRect();if(!a||!R||!W){L();return}let j=r.w/oe,te={w:R*j,h:W*j};v({...te,
-x:r.x+(r.w-te.w)/2,y:r.y+(r.h-te.h)/2})}function O(R){a=!0,v(R)}function J(R,W={x:r.x+r.w/2,y:r.y+r.h/2}){O({x:W.x-(W.x-r.x)*R,y:W.y-(W.y-r.y)*R,w:r.w*R,h:r.h*R})}
+j,X=Math.max(1,W-Math.max(0,j-te)-Am),U=M(Math.max(l.width/R,l.height/X)),ae=l.boxes.flatMap(({x:De,w:Ge})=>[De-U*Ge/2,De+U*Ge/2]),[be,B]=[Math.min(0,...ae),Math.
+max(l.width,...ae)],ee=Math.min(Lm,R/(B-be),X/l.height),re=_i/(Ac*h),me=Mm.matches?Math.max(ee,1/Oc,re):ee,xe=be+Math.min(B-be-R/me,0)/2,Ye=Math.min(l.height-X/
+me,0)/2;x({x:xe,y:Ye,w:R/me,h:W/me})}function I(){let{width:R,height:W}=s.getBoundingClientRect();if(!a||!R||!W){L();return}let j=r.w/oe,te={w:R*j,h:W*j};x({...te,
+x:r.x+(r.w-te.w)/2,y:r.y+(r.h-te.h)/2})}function O(R){a=!0,x(R)}function Y(R,W={x:r.x+r.w/2,y:r.y+r.h/2}){O({x:W.x-(W.x-r.x)*R,y:W.y-(W.y-r.y)*R,w:r.w*R,h:r.h*R})}
 function _(R){let W=c.get(R);W&&O({...r,x:W.vertex.x-r.w/2,y:W.vertex.y-r.h/2})}function C({clientX:R,clientY:W}){let j=s.getBoundingClientRect();return{x:r.x+(R-
-j.left)*E(),y:r.y+(W-j.top)*E()}}s.addEventListener("wheel",R=>{R.preventDefault(),J(1.0015**R.deltaY,C(R))},{passive:!1});let N=new Map,D=R=>{let[W,j=W]=R;return{
+j.left)*S(),y:r.y+(W-j.top)*S()}}s.addEventListener("wheel",R=>{R.preventDefault(),Y(1.0015**R.deltaY,C(R))},{passive:!1});let N=new Map,D=R=>{let[W,j=W]=R;return{
 clientX:(W.clientX+j.clientX)/2,clientY:(W.clientY+j.clientY)/2}},V=R=>Math.hypot(R[0].clientX-R[1].clientX,R[0].clientY-R[1].clientY);s.addEventListener("point\
 erdown",R=>{R.pointerType==="mouse"&&R.target.closest(".vertex")||(N.set(R.pointerId,R),(!R.target.closest(".vertex")||N.size===2)&&s.setPointerCapture(R.pointerId))}),
-s.addEventListener("pointermove",R=>{if(!N.has(R.pointerId)||N.size>2)return;let W=[...N.values()];N.set(R.pointerId,R);let j=[...N.values()],[te,Y]=[C(D(W)),C(
-D(j))];O({...r,x:r.x+te.x-Y.x,y:r.y+te.y-Y.y}),j.length===2&&V(j)>0&&J(V(W)/V(j),C(D(j)))});for(let R of["pointerup","pointercancel"])s.addEventListener(R,W=>N.
+s.addEventListener("pointermove",R=>{if(!N.has(R.pointerId)||N.size>2)return;let W=[...N.values()];N.set(R.pointerId,R);let j=[...N.values()],[te,X]=[C(D(W)),C(
+D(j))];O({...r,x:r.x+te.x-X.x,y:r.y+te.y-X.y}),j.length===2&&V(j)>0&&Y(V(W)/V(j),C(D(j)))});for(let R of["pointerup","pointercancel"])s.addEventListener(R,W=>N.
 delete(W.pointerId));function z(R){let W={ArrowLeft:[-1,0],ArrowRight:[1,0],ArrowUp:[0,-1],ArrowDown:[0,1]}[R.key];return W&&s.contains(R.target)?(O({...r,x:r.x+
-W[0]*r.w*Nc,y:r.y+W[1]*r.h*Nc}),!0):!1}let oe=1;return new ResizeObserver(()=>{I(),oe=s.clientWidth||oe}).observe(s),{element:s,draw:m,emphasise:T,find:S,fit:L,
+W[0]*r.w*Nc,y:r.y+W[1]*r.h*Nc}),!0):!1}let oe=1;return new ResizeObserver(()=>{I(),oe=s.clientWidth||oe}).observe(s),{element:s,draw:m,emphasise:E,find:w,fit:L,
 centre:_,onKey:z,zoomButtons:()=>i("span",{class:"buttons",role:"group","aria-label":"Zoom"},i("button",{"aria-label":"Zoom out",title:"Zoom out (-)","aria-keys\
-hortcuts":"-",onclick:()=>J(Cc)},"\u2212"),i("button",{"aria-label":"Zoom in",title:"Zoom in (+)","aria-keyshortcuts":"+ =",onclick:()=>J(1/Cc)},"+"),i("button",
-{title:"Fit everything (0)","aria-keyshortcuts":"0",onclick:L},"Fit")),showAges:w,markStale:g,vertexOf:k,label:x}}var Nm=e=>Math.round([...e].reduce((t,o)=>(t*31+
+hortcuts":"-",onclick:()=>Y(Cc)},"\u2212"),i("button",{"aria-label":"Zoom in",title:"Zoom in (+)","aria-keyshortcuts":"+ =",onclick:()=>Y(1/Cc)},"+"),i("button",
+{title:"Fit everything (0)","aria-keyshortcuts":"0",onclick:L},"Fit")),showAges:k,markStale:g,vertexOf:y,label:T}}var Nm=e=>Math.round([...e].reduce((t,o)=>(t*31+
 o.charCodeAt(0))%9973,7)*137.508%360);function Pm(e){let[t,o]=[e.x-e.w/2,e.y-e.h/2];return Ee("g",{},Ee("rect",{class:"band",x:t,y:o,width:e.w,height:e.h,rx:8}),
 Ee("text",{class:"name",x:t+8,y:o+14},e.name))}function Rm(e){let t=Ee("text",{class:"name",x:e.middle[0],y:e.middle[1],"text-anchor":"middle","dominant-baselin\
 e":"central"},e.text),o=Ee("rect",{class:"plate",rx:3,height:Pc,y:e.middle[1]-Pc/2}),n=Ee("g",{class:e.wrong?"link label wrong":"link label"},o,t);Dc(t,e.text),
@@ -409,13 +410,13 @@ e.wrong&&n.append(Ee("title",{},e.wrong));let s=Ee("g",{class:e.wrong?"link wron
 ad)":"url(#head)"}));return{arrow:e,text:t,parts:[s,n]}}function Dc(e,t){let o=t.length*_m;e.previousSibling.setAttribute("width",o),e.previousSibling.setAttribute(
 "x",e.getAttribute("x")-o/2)}var Dm="Nothing to show: no node is connected to another one, or everything is hidden.",Ic=matchMedia("(max-width: 900px)"),Fc=1.2,Im=.9,Fm=e=>Fc+Im*Math.log10(
 1+Math.max(0,e)),Bm=e=>e?`${Number(e.toPrecision(2))} Hz`:wt(e);function Bc(e,t,o,n,s){let l=i("span",{class:"pale"}),r=Te("\u2B21"),a=i("button",{class:"plain \
-link",title:"Show everything that the options hide",onclick:s}),c=!1,u=[],h=()=>{},m=null;function p(T){m=T,h(),h=t.watch("graph",{...T,vertical:Ic.matches},S=>{
-S.scene?w(S):g(S)},n)}function w({scene:T,too_many:S,most:E,names:v,hidden:M}){c=T.vertical,e.draw(T),o(v),k(),P(a,M?`${M} hidden: show`:""),r.hidden=T.boxes.length>
-0,P(r,S?`${S} nodes and topics match, and at most ${E} are drawn, fewer if their names are long. Narrow the filters Nodes and Topics, or show nodes only.`:Dm)}function g(T){
-u=T.traffic,k(),n(T.error?`The master does not answer: ${T.error}`:""),e.showAges(T.removed),P(l,`${T.nodes} nodes, ${T.topics} topics `,a.textContent?a:null)}function k(){
-e.label((T,S)=>{let E=T.start.kind==="topic"||T.wrong?null:u[S],v=E?x(E)?"stale":E[3]?uo:c?Bm(E[0]):`${wt(E[0])} \xB7 ${ln(E[1])}`:"";return[T.wrong&&c?"wrong t\
-ype":T.text,v].filter(Boolean).join("  ")},(T,S)=>{let E=u[S];return{isStale:!!(E&&x(E)),width:E?Fm(E[0]):Fc}})}let x=T=>!!(T[2]||Es.seconds);return fe.addEventListener(
-"silence",k,{signal:t.signal}),Ic.addEventListener("change",()=>{m&&p(m)},{signal:t.signal}),{counts:l,empty:r,watch:p}}var zm=[["active","Nodes/Topics (active)"],["all","Nodes/Topics (all)"],["nodes","Nodes only"]],zc=[["hide_dead_sinks","Dead sinks"],["hide_leaf_topics","Leaf t\
+link",title:"Show everything that the options hide",onclick:s}),c=!1,u=[],h=()=>{},m=null;function p(E){m=E,h(),h=t.watch("graph",{...E,vertical:Ic.matches},w=>{
+w.scene?k(w):g(w)},n)}function k({scene:E,too_many:w,most:S,names:x,hidden:M}){c=E.vertical,e.draw(E),o(x),y(),P(a,M?`${M} hidden: show`:""),r.hidden=E.boxes.length>
+0,P(r,w?`${w} nodes and topics match, and at most ${S} are drawn, fewer if their names are long. Narrow the filters Nodes and Topics, or show nodes only.`:Dm)}function g(E){
+u=E.traffic,y(),n(E.error?`The master does not answer: ${E.error}`:""),e.showAges(E.removed),P(l,`${E.nodes} nodes, ${E.topics} topics `,a.textContent?a:null)}function y(){
+e.label((E,w)=>{let S=E.start.kind==="topic"||E.wrong?null:u[w],x=S?T(S)?"stale":S[3]?uo:c?Bm(S[0]):`${wt(S[0])} \xB7 ${ln(S[1])}`:"";return[E.wrong&&c?"wrong t\
+ype":E.text,x].filter(Boolean).join("  ")},(E,w)=>{let S=u[w];return{isStale:!!(S&&T(S)),width:S?Fm(S[0]):Fc}})}let T=E=>!!(E[2]||Es.seconds);return fe.addEventListener(
+"silence",y,{signal:t.signal}),Ic.addEventListener("change",()=>{m&&p(m)},{signal:t.signal}),{counts:l,empty:r,watch:p}}var zm=[["active","Nodes/Topics (active)"],["all","Nodes/Topics (all)"],["nodes","Nodes only"]],zc=[["hide_dead_sinks","Dead sinks"],["hide_leaf_topics","Leaf t\
 opics"],["hide_debug","Debug"],["hide_tf","tf"],["hide_unreachable","Unreachable"],["hide_parameters","Params"]],jm=[["group_actions","Actions"],["group_images",
 "Images"],["group_tf","tf"]],jc="pipros_tools.graph.options",ko={mode:"active",nodes:"/",topics:"/",hide_dead_sinks:!0,hide_leaf_topics:!0,hide_debug:!0,hide_tf:!1,
 hide_unreachable:!1,hide_parameters:!1,group_actions:!0,group_images:!0,group_tf:!0,group_opened:""},Hm="Names separated by commas; * stands for anything, a lea\
@@ -447,34 +448,34 @@ return`${["time,field,value",...e.flatMap(({text:l,times:r,values:a,exact:c})=>r
 `)}
 `}var Um=300,qm=200,[nu,Ks,ou]=[300,60,3];function su(){let e=i("select",{"aria-label":"Field of the curve",onchange:()=>h(e.value,!0)}),t=Ee("path",{}),o=Ee("svg",
 {class:"spark",viewBox:`0 0 ${nu} ${Ks}`,preserveAspectRatio:"none",role:"img"},t),n=i("div",{class:"key range"}),s=i("div",{class:"curve",hidden:!0},e,o,n),l=null,
-r=!1,a=[],c=new Vo,u=new Map;function h(g,k){l=g,r=k,a=[],c=new Vo,e.value=g,o.setAttribute("aria-label",`Curve of ${g}`)}function m(g,k=null){let x=new Map(mi(
-g,qm));k!==null&&x.set("percentage",k),s.hidden=x.size===0,x.size&&([...e.options].map(T=>T.value).join()!==[...x.keys()].join()&&(P(e,[...x.keys()].map(T=>i("o\
-ption",{value:T},T))),e.value=l??"",e.disabled=x.size===1),r||p(x,k),u=x,x.has(l)&&(c.note(performance.now()/1e3)&&a.push(NaN),a.push(x.get(l)),a.splice(0,a.length-
-Um),w()))}function p(g,k){let x=E=>u.has(E)&&!Object.is(u.get(E),g.get(E)),T=k===null?g.keys().next().value:"percentage";if(g.has(l)||h(T,!1),a.length>1&&a.some(
-E=>E!==a[0]))return;let S=x(l)||k!==null?l:[...g.keys()].find(x);S&&S!==l&&h(S,!1)}function w(){let g=a.filter(Number.isFinite),[k,x]=[Math.min(...g),Math.max(...g)],
-T=a.length>1?nu/(a.length-1):0,S=L=>x>k?Ks-ou-(L-k)/(x-k)*(Ks-2*ou):Ks/2;t.setAttribute("d",a.map((L,I)=>Number.isFinite(L)?`${Number.isFinite(a[I-1])?"L":"M"}${I*
-T},${S(L)}`:"").join(""));let[E,v,M]=[k,x,a.at(-1)].map(fn);P(n,g.length?`${E} to ${v}, newest ${M}`:`newest ${M}`)}return{element:s,take:m}}var[Ci,Ni,lu]=[300,200,8],Km=255,ru=e=>Uint8Array.from(atob(e),t=>t.charCodeAt(0));function au(){let e=i("canvas",{class:"topic-picture",role:"img","aria-label":"\
+r=!1,a=[],c=new Vo,u=new Map;function h(g,y){l=g,r=y,a=[],c=new Vo,e.value=g,o.setAttribute("aria-label",`Curve of ${g}`)}function m(g,y=null){let T=new Map(mi(
+g,qm));y!==null&&T.set("percentage",y),s.hidden=T.size===0,T.size&&([...e.options].map(E=>E.value).join()!==[...T.keys()].join()&&(P(e,[...T.keys()].map(E=>i("o\
+ption",{value:E},E))),e.value=l??"",e.disabled=T.size===1),r||p(T,y),u=T,T.has(l)&&(c.note(performance.now()/1e3)&&a.push(NaN),a.push(T.get(l)),a.splice(0,a.length-
+Um),k()))}function p(g,y){let T=S=>u.has(S)&&!Object.is(u.get(S),g.get(S)),E=y===null?g.keys().next().value:"percentage";if(g.has(l)||h(E,!1),a.length>1&&a.some(
+S=>S!==a[0]))return;let w=T(l)||y!==null?l:[...g.keys()].find(T);w&&w!==l&&h(w,!1)}function k(){let g=a.filter(Number.isFinite),[y,T]=[Math.min(...g),Math.max(...g)],
+E=a.length>1?nu/(a.length-1):0,w=L=>T>y?Ks-ou-(L-y)/(T-y)*(Ks-2*ou):Ks/2;t.setAttribute("d",a.map((L,I)=>Number.isFinite(L)?`${Number.isFinite(a[I-1])?"L":"M"}${I*
+E},${w(L)}`:"").join(""));let[S,x,M]=[y,T,a.at(-1)].map(fn);P(n,g.length?`${S} to ${x}, newest ${M}`:`newest ${M}`)}return{element:s,take:m}}var[Ci,Ni,lu]=[300,200,8],Km=255,ru=e=>Uint8Array.from(atob(e),t=>t.charCodeAt(0));function au(){let e=i("canvas",{class:"topic-picture",role:"img","aria-label":"\
 Picture of the newest message"}),t=i("div",{hidden:!0},e),n={points:Ym,grid:Xm,image:(l,{data:r})=>mo(e,new DataView(ru(r).buffer),go,null,!0)};async function s(l){
 try{l&&await n[l.kind](e.getContext("2d"),l),t.hidden=!l}catch{t.hidden=!0}}return{element:t,take:s}}var iu=e=>getComputedStyle(document.body).getPropertyValue(
-e);function Ym(e,{points:t,joined:o}){Object.assign(e.canvas,{width:Ci,height:Ni});let n=t.filter((w,g)=>g%2===1).map(w=>-w),s=t.filter((w,g)=>g%2===0).map(w=>-w),
+e);function Ym(e,{points:t,joined:o}){Object.assign(e.canvas,{width:Ci,height:Ni});let n=t.filter((k,g)=>g%2===1).map(k=>-k),s=t.filter((k,g)=>g%2===0).map(k=>-k),
 l=o&&t.length>0,[r,a]=[Math.min(...n,l?1/0:0),Math.max(...n,l?-1/0:0)],[c,u]=[Math.min(...s,l?1/0:0),Math.max(...s,l?-1/0:0)],h=Math.min((Ci-2*lu)/(a-r||1),(Ni-
-2*lu)/(u-c||1)),m=(w,g)=>[Ci/2+(w-(r+a)/2)*h,Ni/2+(g-(c+u)/2)*h],p=m(0,0);e.strokeStyle=iu("--pale"),e.strokeRect(p[0]-3,p[1]-3,6,6),e.fillStyle=e.strokeStyle=iu(
-"--accent"),e.lineWidth=1.5,e.beginPath(),n.forEach((w,g)=>{let k=m(w,s[g]);o?e.lineTo(k[0],k[1]):e.fillRect(k[0]-1,k[1]-1,2,2)}),e.stroke()}function Xm(e,{width:t,
+2*lu)/(u-c||1)),m=(k,g)=>[Ci/2+(k-(r+a)/2)*h,Ni/2+(g-(c+u)/2)*h],p=m(0,0);e.strokeStyle=iu("--pale"),e.strokeRect(p[0]-3,p[1]-3,6,6),e.fillStyle=e.strokeStyle=iu(
+"--accent"),e.lineWidth=1.5,e.beginPath(),n.forEach((k,g)=>{let y=m(k,s[g]);o?e.lineTo(y[0],y[1]):e.fillRect(y[0]-1,y[1]-1,2,2)}),e.stroke()}function Xm(e,{width:t,
 height:o,cells:n}){Object.assign(e.canvas,{width:t,height:o});let s=new ImageData(t,o);ru(n).forEach((l,r)=>{let a=o-1-Math.floor(r/t),c=l===Km?128:255-Math.min(
-l,100)*2.55;s.data.set([c,c,c,255],(a*t+r%t)*4)}),e.putImageData(s,0,0)}function Ys(e,t,o,n){let s=i("div",{},i("dl",{})),l=i("div",{}),r=su(),a=au(),c=he("p"),u=po(i("div",{class:"message"},i("div",{})),c.show),h=T=>Aa(T,()=>o.act(
-"message_text",{name:t,format:T.toLowerCase()}),c.show),m=bo(o),p=i("pre",{class:"mono whole"}),w="",g="",k=i("details",{class:"definition",ontoggle:()=>x()},i(
-"summary",{},"Definition"),p);async function x(){if(!(!k.open||!g||g===w)){w=g;try{P(p,await o.act("definition",{name:t}))}catch(T){P(p,T.message)}}}return e.append(
-Ke(t,n),s,c.element,m.element,l,a.element,r.element,k,i("div",{class:"panel-head"},i("h3",{},"Newest message"),i("span",{class:"buttons"},h("YAML"),h("JSON"))),
-u),o.watch("topic",{name:t},T=>{if(Ne(s.firstChild,i("dl",{},Jm(T).map(([E,v])=>[i("dt",{},E),i("dd",{},v)]))),c.show(T.error??""),m.offer(T.rate===null||!T.count?
-t:""),g=T.type,x(),!("message"in T)){let E=T.count?"cannot be decoded":T.publishers.length?"none received yet":"no node publishes this topic";(!T.count||T.error)&&
-Ne(u.firstChild,i("div",{},i("span",{class:"key"},E)));return}Ne(u.firstChild,i("div",{},xn(T.message,t)));let S=T.gauge??null;S===null?P(l):Zm(l,S),a.take(T.picture),
-T.picture?r.element.hidden=!0:r.take(T.message,S)},c.show)}var Jm=e=>[["Type",e.type||"unknown"],...e.wrong?[["Wrong type",i("span",{class:"wrong-type"},e.wrong)]]:
-[],["Rate",e.stale?[xt(),`: the last message is ${co(e.stale)} old`]:e.latched&&!e.rate?uo:jt(wt(e.rate))],["Bandwidth",jt(ln(e.bandwidth))],["Size",ht(e.size??
-e.bytes)],["Messages",String(e.count)],["Publishers",e.publishers.map(In).join(", ")||"none"],["Subscribers",e.subscribers.map(In).join(", ")||"none"]];function Zm(e,t){
-let o=t<=10?"critical":t<=25?"low":"",n=e.querySelector(".charge");n||(n=Ee("rect",{class:"charge",x:6,y:6,width:0,height:32,rx:3}),P(e,i("div",{class:"gauge",role:"\
-meter","aria-label":"Level","aria-valuemin":0,"aria-valuemax":100},Ee("svg",{viewBox:"0 0 96 44","aria-hidden":"true"},Ee("rect",{class:"shell",x:2,y:2,width:84,
-height:40,rx:6}),Ee("rect",{class:"cap",x:88,y:14,width:6,height:16,rx:2}),n),i("span",{class:"value"})))),n.setAttribute("class",`charge ${o}`),n.setAttribute(
-"width",76*t/100),e.firstChild.setAttribute("aria-valuenow",t),P(e.querySelector(".value"),`${Math.round(t*10)/10} %`)}function cu(e,t,o){let n=i("div",{},i("div",{}));return e.append(Ke("Events",o),i("p",{class:"key"},"Nodes and topics added or removed in the last ten minutes"),
+l,100)*2.55;s.data.set([c,c,c,255],(a*t+r%t)*4)}),e.putImageData(s,0,0)}function Ys(e,t,o,n){let s=i("div",{},i("dl",{})),l=i("div",{}),r=su(),a=au(),c=he("p"),u=po(i("div",{class:"message"},i("div",{})),c.show),h=w=>Aa(w,()=>o.act(
+"message_text",{name:t,format:w.toLowerCase()}),c.show),m=bo(o),p=i("pre",{class:"mono whole"}),k="",g="",y=i("details",{class:"definition",ontoggle:()=>E()},i(
+"summary",{},"Definition"),p),T=o.newest();async function E(){if(!(!y.open||!g||g===k)){k=g;try{P(p,await T("definition",{name:t}))}catch(w){P(p,w.message)}}}return e.
+append(Ke(t,n),s,c.element,m.element,l,a.element,r.element,y,i("div",{class:"panel-head"},i("h3",{},"Newest message"),i("span",{class:"buttons"},h("YAML"),h("JS\
+ON"))),u),o.watch("topic",{name:t},w=>{if(Ne(s.firstChild,i("dl",{},Jm(w).map(([x,M])=>[i("dt",{},x),i("dd",{},M)]))),c.show(w.error??""),m.offer(w.rate===null||
+!w.count?t:""),g=w.type,E(),!("message"in w)){let x=w.count?"cannot be decoded":w.publishers.length?"none received yet":"no node publishes this topic";(!w.count||
+w.error)&&Ne(u.firstChild,i("div",{},i("span",{class:"key"},x)));return}Ne(u.firstChild,i("div",{},xn(w.message,t)));let S=w.gauge??null;S===null?P(l):Zm(l,S),a.
+take(w.picture),w.picture?r.element.hidden=!0:r.take(w.message,S)},c.show)}var Jm=e=>[["Type",e.type||"unknown"],...e.wrong?[["Wrong type",i("span",{class:"wron\
+g-type"},e.wrong)]]:[],["Rate",e.stale?[xt(),`: the last message is ${co(e.stale)} old`]:e.latched&&!e.rate?uo:jt(wt(e.rate))],["Bandwidth",jt(ln(e.bandwidth))],
+["Size",ht(e.size??e.bytes)],["Messages",String(e.count)],["Publishers",e.publishers.map(In).join(", ")||"none"],["Subscribers",e.subscribers.map(In).join(", ")||
+"none"]];function Zm(e,t){let o=t<=10?"critical":t<=25?"low":"",n=e.querySelector(".charge");n||(n=Ee("rect",{class:"charge",x:6,y:6,width:0,height:32,rx:3}),P(
+e,i("div",{class:"gauge",role:"meter","aria-label":"Level","aria-valuemin":0,"aria-valuemax":100},Ee("svg",{viewBox:"0 0 96 44","aria-hidden":"true"},Ee("rect",
+{class:"shell",x:2,y:2,width:84,height:40,rx:6}),Ee("rect",{class:"cap",x:88,y:14,width:6,height:16,rx:2}),n),i("span",{class:"value"})))),n.setAttribute("class",
+`charge ${o}`),n.setAttribute("width",76*t/100),e.firstChild.setAttribute("aria-valuenow",t),P(e.querySelector(".value"),`${Math.round(t*10)/10} %`)}function cu(e,t,o){let n=i("div",{},i("div",{}));return e.append(Ke("Events",o),i("p",{class:"key"},"Nodes and topics added or removed in the last ten minutes"),
 n),t.watch("events",{},({events:s})=>Ne(n.firstChild,i("div",{},Qm(s))))}var Qm=e=>e.length?i("ul",{class:"tree events"},e.map(eg)):i("p",{},"Nothing was added \
 or removed."),eg=({when:e,added:t,kind:o,name:n})=>i("li",{"data-key":`${e} ${t} ${o} ${n}`},i("span",{class:"key"},`${Yt(e)} `),i("span",{class:t?"added":"remo\
 ved"},`${t?"+":"\u2212"} ${o} `),i("a",{href:ke("graph",`${o}:${n}`)},n));var tg={1:"debug",2:"info",4:"warn",8:"error",16:"fatal"},ng=20;function fu(e,t,o,n){let s=i("div",{},i("div",{})),l=i("div",{},i("div",{})),r=he("p"),a=sg(t,o,
@@ -489,15 +490,15 @@ map(n=>i("p",{class:"error"},`Wrong type on ${n}.`)),i("dl",{},i("dt",{},"URI"),
 iptions",e.subscriptions.map(uu)),Qo("Services",e.services.map(n=>[i("a",{href:ke("services",n)},n)])),Qo("Parameters",e.parameters.map(([n,s])=>[i("span",{class:"\
 key"},`${n}: `),s])),Qo("Connections",e.connections.map(o))]}var uu=([e,t])=>[i("a",{href:ke("topics",e)},e),` ${t}`],rg=e=>typeof e=="string"?e.replace(/: .*/s,
 ""):e[0].textContent,Qo=(e,t)=>[i("h3",{},e),t.length?i("ul",{class:"tree"},t.map(o=>i("li",{"data-key":rg(o)},o))):i("span",{class:"key"},"none")];var Xs="events:";function pu(e,t,o,n,s){let l=t.indexOf(":"),[r,a]=[t.slice(0,l),t.slice(l+1)];return t===Xs?cu(e,n,s):r!=="group"?(r==="topic"?Ys:fu)(e,a,n,s):
-(e.append(Ke(a,s),i("ul",{class:"tree"},o.map(c=>i("li",{},i("a",{href:ke("topics",c)},c))))),()=>{})}var ag=["svg","png","dot"];function cg(e,t,o){let[n,s]=Oi(t),l=s??Hc(),r=Us("Graph of nodes and topics",O=>v(O)),a=he(),c=i("aside",{hidden:!0,tabindex:0,"aria-\
-label":"Selection"}),u=Yc(r,O=>{O!==g&&M(O)},()=>S()),h=Bc(r,o,x,a.show,()=>S()),m=i("span",{class:"options"}),p=i("button",{hidden:!0,onclick:()=>{Gc(l),E()}},
-"Close namespaces"),w=i("div",{class:"corner"},h.counts,p,i("button",{onclick:()=>M(g===Xs?"":Xs)},"Events"),r.zoomButtons(),ug(l,a.show));e.append(i("div",{class:"\
-column graph"},ge({title:"Graph"},u.input,u.hits,m),a.element,i("div",{class:"stage"},r.element,h.empty,w)),c);let g=n,k=()=>{};function x(O){p.hidden=!l.group_opened,
-g.startsWith("group:")?I(g):r.emphasise(g),u.setNames(O)}let T=()=>P(m,Uc(l,()=>E()));function S(){Wc(l),T(),E()}function E(){o.remember(Zo(g,l),{isReplacing:!0}),
-r.fit(),h.watch(l)}function v(O){if(!O.startsWith("namespace:")){M(O===g?"":O);return}Vc(l,O.slice(10)),E()}function M(O){o.remember(Zo(O,l)),I(O)}function L(O){
-let[J,_]=Oi(O);_&&Zo("",_)!==Zo("",l)&&(Object.assign(l,_),g=J,T(),E()),I(J)}function I(O){g=O,r.emphasise(g),k(),k=()=>{},c.hidden=!g,c.replaceChildren(),g&&(k=
+(e.append(Ke(a,s),i("ul",{class:"tree"},o.map(c=>i("li",{},i("a",{href:ke("topics",c)},c))))),()=>{})}var ag=["svg","png","dot"];function cg(e,t,o){let[n,s]=Oi(t),l=s??Hc(),r=Us("Graph of nodes and topics",O=>x(O)),a=he(),c=i("aside",{hidden:!0,tabindex:0,"aria-\
+label":"Selection"}),u=Yc(r,O=>{O!==g&&M(O)},()=>w()),h=Bc(r,o,T,a.show,()=>w()),m=i("span",{class:"options"}),p=i("button",{hidden:!0,onclick:()=>{Gc(l),S()}},
+"Close namespaces"),k=i("div",{class:"corner"},h.counts,p,i("button",{onclick:()=>M(g===Xs?"":Xs)},"Events"),r.zoomButtons(),ug(l,a.show));e.append(i("div",{class:"\
+column graph"},ge({title:"Graph"},u.input,u.hits,m),a.element,i("div",{class:"stage"},r.element,h.empty,k)),c);let g=n,y=()=>{};function T(O){p.hidden=!l.group_opened,
+g.startsWith("group:")?I(g):r.emphasise(g),u.setNames(O)}let E=()=>P(m,Uc(l,()=>S()));function w(){Wc(l),E(),S()}function S(){o.remember(Zo(g,l),{isReplacing:!0}),
+r.fit(),h.watch(l)}function x(O){if(!O.startsWith("namespace:")){M(O===g?"":O);return}Vc(l,O.slice(10)),S()}function M(O){o.remember(Zo(O,l)),I(O)}function L(O){
+let[Y,_]=Oi(O);_&&Zo("",_)!==Zo("",l)&&(Object.assign(l,_),g=Y,E(),S()),I(Y)}function I(O){g=O,r.emphasise(g),y(),y=()=>{},c.hidden=!g,c.replaceChildren(),g&&(y=
 pu(c,g,r.vertexOf(g)?.members??[],o,()=>M("")))}return document.addEventListener("keydown",O=>{if(!(!o.hears(O)||fg(O.target))){if(O.key==="Escape"&&g)M("");else if(!r.
-onKey(O))return;O.preventDefault()}},{signal:o.signal}),T(),h.watch(l),I(n),{go:L}}function ug(e,t){let o=n=>Kc(e,n).catch(s=>t(s.message));return i("span",{class:"\
+onKey(O))return;O.preventDefault()}},{signal:o.signal}),E(),h.watch(l),I(n),{go:L}}function ug(e,t){let o=n=>Kc(e,n).catch(s=>t(s.message));return i("span",{class:"\
 buttons",role:"group","aria-label":"Save the picture"},ag.map(n=>i("button",{title:`Save as ${n.toUpperCase()}`,onclick:()=>o(n)},n.toUpperCase())))}var fg=e=>e instanceof
 Element&&e.matches("input, select, textarea");var Bi={};Ze(Bi,{open:()=>Sg});var pg=/;(?=(?:with|show|over)=)/,Ri="side by side",So="difference",hg=/(^|\/)Detection2DArray$|^visualization_msgs\/Marker(Array)?$/,hu=e=>hg.test(e??"");function Di(e){
 let[t,...o]=e.split(pg),{with:n="",show:s="",over:l=""}=Object.fromEntries(o.map(r=>[r.slice(0,r.indexOf("=")),r.slice(r.indexOf("=")+1)]));return{topic:t,other:n,
@@ -505,50 +506,50 @@ isDifference:n!==""&&s===So,overlay:l}}var du=({topic:e,other:t,isDifference:o,o
 s).join(";");var mu=["sensor_msgs/Image","sensor_msgs/CompressedImage"],Fi=e=>e.filter(t=>mu.includes(t.type)||ho(t)).map(({name:t})=>t);function gu(e){let t=()=>e({topic:o.
 value,other:n.value===o.value?"":n.value,isDifference:s.value===So,overlay:l.value}),[o,n,s,l]=["Topic","Pair with","Show the pair as","Overlay"].map(u=>i("sele\
 ct",{"aria-label":u,onchange:t})),r=i("span",{class:"choices"},i("label",{},"with",n),i("label",{},s)),a=i("label",{},"over it",l);P(s,[Ri,So].map(u=>i("option",
-{value:u},u)));function c(u,h){let m=w=>u.filter(w).map(({name:g})=>g),p=m(({type:w})=>mu.includes(w));Ii(o,Fi(u),h.topic,h.topic?null:"Choose a topic"),Ii(n,p.
-filter(w=>w!==h.topic),h.other,"no other"),Ii(l,m(({type:w})=>hu(w)),h.overlay,"nothing"),s.value=h.isDifference?So:Ri,s.hidden=!h.other,r.hidden=!h.topic||p.length<
+{value:u},u)));function c(u,h){let m=k=>u.filter(k).map(({name:g})=>g),p=m(({type:k})=>mu.includes(k));Ii(o,Fi(u),h.topic,h.topic?null:"Choose a topic"),Ii(n,p.
+filter(k=>k!==h.topic),h.other,"no other"),Ii(l,m(({type:k})=>hu(k)),h.overlay,"nothing"),s.value=h.isDifference?So:Ri,s.hidden=!h.other,r.hidden=!h.topic||p.length<
 2&&!h.other,a.hidden=!h.topic||l.options.length<2}return{controls:[o,r,a],draw:c}}function Ii(e,t,o,n){let s=[...new Set([...o?[o]:[],...t])].sort().map(l=>[l,l]);
 n!==null&&s.unshift(["",n]),[...e.options].map(l=>l.text).join()!==s.map(([,l])=>l).join()&&P(e,s.map(([l,r])=>i("option",{value:l},r))),e.value=o}var dg=.0033333333333333335,mg=1/45;function bu(e,t,o){let{width:n}=e.canvas;e.lineWidth=Math.max(1,n*dg),e.font=`${Math.max(9,n*mg)}px system-ui, sans-serif`,e.
 textBaseline="bottom";for(let{color:s,lines:l=[],circles:r=[],texts:a=[]}of t){e.strokeStyle=e.fillStyle=s,e.beginPath();for(let c=0;c+3<l.length;c+=4)e.moveTo(
 l[c]*o,l[c+1]*o),e.lineTo(l[c+2]*o,l[c+3]*o);for(let c=0;c+2<r.length;c+=3){let[u,h,m]=r.slice(c,c+3).map(p=>p*o);e.moveTo(u+m,h),e.arc(u,h,m,0,2*Math.PI)}e.stroke();
 for(let[c,u,h]of a)gg(e,h,c*o,u*o,s)}}function gg(e,t,o,n,s){let{width:l}=e.measureText(t),r=parseFloat(e.font)*1.2;e.fillStyle="#000a",e.fillRect(o,n-r,l+4,r),
 e.fillStyle=s,e.fillText(t,o+2,n-r*.1)}var Js=1.25,wu=64;function yu(e,t){let o=e.parentElement,n={scale:1,x:0,y:0},s=null,l={follow:p=>a(p),onView:p=>{}};function r(p){a(p),l.onView(n)}function a(p){
-let{clientWidth:w,clientHeight:g}=e,k=Math.min(wu,Math.max(1,p.scale)),x=(T,S)=>Math.min(0,Math.max(S*(1-k),T));n={scale:k,x:x(p.x,w),y:x(p.y,g)};for(let T of o.
-children)T.style.transform=k===1?"":`translate(${n.x}px, ${n.y}px) scale(${k})`;e.style.cursor=k===1?"":"grab"}function c(p,w={x:e.clientWidth/2,y:e.clientHeight/
-2}){let g=Math.min(wu,Math.max(1,n.scale*p));r({scale:g,x:w.x-(w.x-n.x)*g/n.scale,y:w.y-(w.y-n.y)*g/n.scale})}let u=()=>r({scale:1,x:0,y:0});function h({clientX:p,
-clientY:w}){let g=e.getBoundingClientRect(),k=Math.min(g.width/e.width,g.height/e.height),x=Math.floor((p-g.left-(g.width-e.width*k)/2)/k),T=Math.floor((w-g.top-
-(g.height-e.height*k)/2)/k);return x>=0&&T>=0&&x<e.width&&T<e.height?{x,y:T}:null}o.addEventListener("wheel",p=>{p.preventDefault();let w=e.getBoundingClientRect();
-c(1.0015**-p.deltaY,{x:p.clientX-w.left+n.x,y:p.clientY-w.top+n.y})},{passive:!1}),e.addEventListener("pointerdown",p=>{s=p,e.setPointerCapture(p.pointerId)}),e.
+let{clientWidth:k,clientHeight:g}=e,y=Math.min(wu,Math.max(1,p.scale)),T=(E,w)=>Math.min(0,Math.max(w*(1-y),E));n={scale:y,x:T(p.x,k),y:T(p.y,g)};for(let E of o.
+children)E.style.transform=y===1?"":`translate(${n.x}px, ${n.y}px) scale(${y})`;e.style.cursor=y===1?"":"grab"}function c(p,k={x:e.clientWidth/2,y:e.clientHeight/
+2}){let g=Math.min(wu,Math.max(1,n.scale*p));r({scale:g,x:k.x-(k.x-n.x)*g/n.scale,y:k.y-(k.y-n.y)*g/n.scale})}let u=()=>r({scale:1,x:0,y:0});function h({clientX:p,
+clientY:k}){let g=e.getBoundingClientRect(),y=Math.min(g.width/e.width,g.height/e.height),T=Math.floor((p-g.left-(g.width-e.width*y)/2)/y),E=Math.floor((k-g.top-
+(g.height-e.height*y)/2)/y);return T>=0&&E>=0&&T<e.width&&E<e.height?{x:T,y:E}:null}o.addEventListener("wheel",p=>{p.preventDefault();let k=e.getBoundingClientRect();
+c(1.0015**-p.deltaY,{x:p.clientX-k.left+n.x,y:p.clientY-k.top+n.y})},{passive:!1}),e.addEventListener("pointerdown",p=>{s=p,e.setPointerCapture(p.pointerId)}),e.
 addEventListener("pointermove",p=>{s&&r({...n,x:n.x+p.clientX-s.clientX,y:n.y+p.clientY-s.clientY}),s&&(s=p),t(h(p))}),e.addEventListener("pointerleave",()=>t(null));
-for(let p of["pointerup","pointercancel"])e.addEventListener(p,()=>{s=null});e.addEventListener("dblclick",u),o.tabIndex=0,o.addEventListener("keydown",p=>{let w={
-ArrowLeft:[40,0],ArrowRight:[-40,0],ArrowUp:[0,40],ArrowDown:[0,-40]}[p.key];if(w)r({...n,x:n.x+w[0],y:n.y+w[1]});else if(p.key==="+"||p.key==="=")c(Js);else if(p.
+for(let p of["pointerup","pointercancel"])e.addEventListener(p,()=>{s=null});e.addEventListener("dblclick",u),o.tabIndex=0,o.addEventListener("keydown",p=>{let k={
+ArrowLeft:[40,0],ArrowRight:[-40,0],ArrowUp:[0,40],ArrowDown:[0,-40]}[p.key];if(k)r({...n,x:n.x+k[0],y:n.y+k[1]});else if(p.key==="+"||p.key==="=")c(Js);else if(p.
 key==="-")c(1/Js);else if(p.key==="0")u();else return;p.preventDefault()});let m=i("span",{class:"buttons",role:"group","aria-label":"Zoom"},i("button",{"aria-l\
 abel":"Zoom out",title:"Zoom out (-)",onclick:()=>c(1/Js)},"\u2212"),i("button",{"aria-label":"Zoom in",title:"Zoom in (+)",onclick:()=>c(Js)},"+"),i("button",{
 title:"Fit the picture (0)",onclick:u},"Fit"));return Object.assign(l,{buttons:m,fit:u})}var bg=1200,wg=20,yg=5e8;function es(e="Image"){let t=i("canvas",{width:2,height:2,hidden:!0,role:"img","aria-label":e}),o=i("canvas",{class:"over","aria-hidden":"\
 true"}),n=i("div",{class:"picture",role:"application","aria-label":"Picture: + and - zoom, arrow keys move, 0 fits"},t),s=i("span",{class:"pixel mono",role:"sta\
-tus"}),l=kg(()=>c&&g(c)),r=yu(t,M=>{h=M,w()}),a=i("button",{onclick:()=>vg(t,o)},"Save PNG"),c=null,u=null,h=null,m=0,p=[];function w(){P(s,h&&u?`(${h.x}, ${h.y}\
-): ${u.valueAt(h.x,h.y)}`:"")}async function g(M){return c=M,x(await mo(t,M,l.boundsOf,l.palette(),!0),m)}async function k(M,L){return c=null,x(await Ca(t,M,L,l.
-boundsOf,l.palette()),m)}function x(M,L){return L!==m||(u=M,t.hidden=!1,l.offer(!!u.values),S(),w()),M}function T(M){p=[...p,...M].slice(-wg),S()}function S(){let M=t.
+tus"}),l=kg(()=>c&&g(c)),r=yu(t,M=>{h=M,k()}),a=i("button",{onclick:()=>vg(t,o)},"Save PNG"),c=null,u=null,h=null,m=0,p=[];function k(){P(s,h&&u?`(${h.x}, ${h.y}\
+): ${u.valueAt(h.x,h.y)}`:"")}async function g(M){return c=M,T(await mo(t,M,l.boundsOf,l.palette(),!0),m)}async function y(M,L){return c=null,T(await Ca(t,M,L,l.
+boundsOf,l.palette()),m)}function T(M,L){return L!==m||(u=M,t.hidden=!1,l.offer(!!u.values),w(),k()),M}function E(M){p=[...p,...M].slice(-wg),w()}function w(){let M=t.
 hidden?null:xg(u.stamp,p);if(!M?.length){o.remove();return}o.isConnected||t.after(o),o.style.transform=t.style.transform;let L=Math.max(1,Math.ceil(bg/t.width));
-Object.assign(o,{width:t.width*L,height:t.height*L}),bu(o.getContext("2d"),M,o.width/(u.full?.[0]||t.width))}function E(){[c,u]=[null,null],m+=1,t.hidden=!0,o.remove(),
-w()}function v(){E(),p=[],l.offer(!1),r.fit()}return{area:n,canvas:t,pixel:s,zoom:r,controls:[l.element,r.buttons,a],show:g,showDifference:k,over:T,blank:E,clear:v}}
+Object.assign(o,{width:t.width*L,height:t.height*L}),bu(o.getContext("2d"),M,o.width/(u.full?.[0]||t.width))}function S(){[c,u]=[null,null],m+=1,t.hidden=!0,o.remove(),
+k()}function x(){S(),p=[],l.offer(!1),r.fit()}return{area:n,canvas:t,pixel:s,zoom:r,controls:[l.element,r.buttons,a],show:g,showDifference:y,over:E,blank:S,clear:x}}
 function vg(e,t){let o=t.isConnected?i("canvas",{width:t.width,height:t.height}):e;if(t.isConnected)for(let n of[e,t])o.getContext("2d").drawImage(n,0,0,o.width,
 o.height);o.toBlob(n=>yt("image.png",n))}function xg(e,t){let o=n=>!e||!n.stamp||Math.abs(n.stamp-e)<=yg;return(t.findLast(n=>e&&n.stamp===e)??t.findLast(o))?.shapes}
 function kg(e){let[t,o]=["Lowest value","Highest value"].map(r=>i("input",{size:6,placeholder:"auto","aria-label":r,onchange:()=>e()})),n=i("select",{"aria-labe\
 l":"Colours",onchange:()=>e()},Ql.map(r=>i("option",{value:r},r))),s=i("span",{class:"choices",hidden:!0},i("label",{},"from",t),i("label",{},"to",o),n),l=r=>r.
 value.trim()===""||Number.isNaN(Number(r.value))?null:Number(r.value);return{element:s,offer(r){s.hidden=!r},palette:()=>n.value===Ql[0]?null:Oa(n.value),boundsOf(r){
-let[a,c]=go(r);return[l(t)??a,l(o)??c]}}}var vu="Choose a topic";function Sg(e,t,o){let n=gu(I=>k(I)),s=i("span",{}),l=he(),r=Te("\u25A3"),a=bo(o),[c,u]=[es(),es("Second image")],h=i("div",{class:"spli\
+let[a,c]=go(r);return[l(t)??a,l(o)??c]}}}var vu="Choose a topic";function Sg(e,t,o){let n=gu(I=>y(I)),s=i("span",{}),l=he(),r=Te("\u25A3"),a=bo(o),[c,u]=[es(),es("Second image")],h=i("div",{class:"spli\
 t"},c.area);c.zoom.onView=u.zoom.follow,u.zoom.onView=c.zoom.follow,e.append(i("div",{class:"column"},ge({title:"Images"},n.controls,s,c.pixel,i("span",{class:"\
-spring"}),c.controls),l.element,r,a.element,h));let m=Di(t),p=[],w=[];o.watch("topics",{},I=>{({topics:p}=I);let O=p.find(_=>_.name===m.topic),J=Fi(p);O&&ho(O)&&
-T(ho(O)),!m.topic&&J.length===1&&S({...m,topic:J[0]}),m.topic||Mg(r,J,_=>k({...m,topic:_})),g()});function g(){if(n.draw(p,m),m.other!==""&&!m.isDifference)u.area.
-isConnected||(h.append(u.area),c.pixel.after(u.pixel));else for(let O of[u.area,u.pixel])O.remove()}function k(I){o.remember(du(I)),S(I)}function x(){for(let I of w.
-splice(0))I();for(let I of[c,u])I.clear();r.hidden=!1,delete r.dataset.shown,a.offer("")}function T(I){x(),P(r,I)}function S(I){x(),m=I;let{topic:O,other:J}=m;if(l.
-show(),P(s),g(),P(r,O?K.bag?"The bag has no image before this moment.":"No image received yet.":vu),a.offer(O),!O)return;J?w.push(o.watch("image_pair",{name:O,other:J},
-L,v)):w.push(o.watch("image",{name:O},L,v));let _=l.show;m.overlay&&w.push(o.watch("image_overlay",{name:m.overlay,image:O},E,_))}function E(I){c.over(I.over),l.
-show(I.error)}function v(I){if(l.show(I),I)for(let O of[c,u])O.blank();r.hidden=!!I||!c.canvas.hidden}function M(I){I.error?v(I.error):P(r,Eg(I))}async function L(I){
-if(!(I instanceof DataView)){M(I);return}let O=m,[J,_]=m.other?$g(I):[I],C=Os(J),N=ho({name:m.topic,type:C.format??""});if(N){T(N);return}try{C=m.isDifference?await c.
-showDifference(J,_):await c.show(J),_&&!m.isDifference&&await u.show(_),r.hidden=!0,a.offer(""),m.overlay||l.show()}catch(D){m===O&&v(`The image cannot be shown\
-: ${D.message}`)}m===O&&P(s,Tg(C,_?Os(I).apart:null))}return o.onSource(()=>{for(let I of[c,u])I.blank()}),g(),m.topic&&S(m),{go:I=>S(Di(I))}}var Eg=({counts:e,
+spring"}),c.controls),l.element,r,a.element,h));let m=Di(t),p=[],k=[];o.watch("topics",{},I=>{({topics:p}=I);let O=p.find(_=>_.name===m.topic),Y=Fi(p);O&&ho(O)&&
+E(ho(O)),!m.topic&&Y.length===1&&w({...m,topic:Y[0]}),m.topic||Mg(r,Y,_=>y({...m,topic:_})),g()});function g(){if(n.draw(p,m),m.other!==""&&!m.isDifference)u.area.
+isConnected||(h.append(u.area),c.pixel.after(u.pixel));else for(let O of[u.area,u.pixel])O.remove()}function y(I){o.remember(du(I)),w(I)}function T(){for(let I of k.
+splice(0))I();for(let I of[c,u])I.clear();r.hidden=!1,delete r.dataset.shown,a.offer("")}function E(I){T(),P(r,I)}function w(I){T(),m=I;let{topic:O,other:Y}=m;if(l.
+show(),P(s),g(),P(r,O?K.bag?"The bag has no image before this moment.":"No image received yet.":vu),a.offer(O),!O)return;Y?k.push(o.watch("image_pair",{name:O,other:Y},
+L,x)):k.push(o.watch("image",{name:O},L,x));let _=l.show;m.overlay&&k.push(o.watch("image_overlay",{name:m.overlay,image:O},S,_))}function S(I){c.over(I.over),l.
+show(I.error)}function x(I){if(l.show(I),I)for(let O of[c,u])O.blank();r.hidden=!!I||!c.canvas.hidden}function M(I){I.error?x(I.error):P(r,Eg(I))}async function L(I){
+if(!(I instanceof DataView)){M(I);return}let O=m,[Y,_]=m.other?$g(I):[I],C=Os(Y),N=ho({name:m.topic,type:C.format??""});if(N){E(N);return}try{C=m.isDifference?await c.
+showDifference(Y,_):await c.show(Y),_&&!m.isDifference&&await u.show(_),r.hidden=!0,a.offer(""),m.overlay||l.show()}catch(D){m===O&&x(`The image cannot be shown\
+: ${D.message}`)}m===O&&P(s,Tg(C,_?Os(I).apart:null))}return o.onSource(()=>{for(let I of[c,u])I.blank()}),g(),m.topic&&w(m),{go:I=>w(Di(I))}}var Eg=({counts:e,
 within:t})=>`No pair yet: ${e[0]} and ${e[1]} images were received, but no two within ${t} s.`;function Tg({full:e,encoding:t,format:o,frame:n,rate:s,bandwidth:l},r){
 let a=`${e?.join(" \xD7 ")??""} ${t??o}${n?`, ${n}`:""}`,c=jt(`${wt(s)} \xB7 ${ln(l)}`);return[`${a} \xB7 `,c,r===null?null:` \xB7 ${(r*1e3).toFixed(1)} ms apar\
 t`]}function $g(e){let{sizes:t}=Os(e),o=new Uint8Array(e.buffer,e.byteOffset),n=e.byteOffset+o.indexOf(10)+1;return[new DataView(e.buffer,n,t[0]),new DataView(e.
@@ -561,14 +562,14 @@ e.respawn?"respawns":""].filter(Boolean).join(", ");return i("span",{class:t?"er
 let n=he(),s=Te("\u25B7"),l=i("aside",{hidden:!0,tabindex:0,"aria-label":"Launched node",onkeydown:g=>{g.key==="Escape"&&m("")}}),r=at(Ag,{label:"Launched nodes",
 keyOf:xu,onChoose:g=>m(g===c?"":g),sortBy:"Node"});e.append(i("div",{class:"column"},ge({title:"Launches"},yn("launches"),i("span",{class:"spring"}),r.csvButton(
 "launches")),n.element,s,i("div",{class:"scroll"},r.element)),l);let a=[],c="",u="",h={draw:g=>{},close:()=>{}};function m(g){o.remember(g),p(g)}function p(g){c=
-g,r.mark(g),w()}function w(){let g=a.find(k=>xu(k)===c);l.hidden=!g,u!==(g?c:"")&&(h.close(),P(l),u=g?c:"",g&&(h=Og(l,g,o,()=>m("")))),g&&h.draw(g)}return o.watch(
-"launches",{},g=>{a=g.nodes,n.show(g.error),s.hidden=a.length>0||!!g.error,P(s,Lg),r.show(a),w()},n.show),p(t),{go:p}}function Og(e,{launch:t,name:o,node:n},s,l){
-let r=he("p"),a=i("div",{},i("dl",{})),c=i("div",{},i("div",{})),u=(w,g)=>i("button",{disabled:!s.control,onclick:()=>r.attempt(()=>s.act(g,{launch:t,node:o}))},
-w),h=u("Stop","stop_launched");e.append(Ke(n,l),i("p",{},u("Restart","restart_launched")," ",h,s.control?"":" Start with --control to stop and restart nodes."),
-r.element,a,i("h3",{},"Output"),c);let m=s.watch("launch_output",{launch:t,node:o},w=>{Ne(c.firstChild,i("div",{},w.output.length?w.output.map(([g,k])=>[i("p",{
-class:"key"},g),i("pre",{class:"mono whole"},k)]):i("span",{class:"key"},'none; nodes with output="screen" write to the terminal of roslaunch')))},r.show);function p(w){
-h.disabled=!s.control||w.state==="stopped"||w.state==="exited",Ne(a.firstChild,i("dl",{},Object.entries({State:ku(w),"Exit code":w.exit_code??"\u2013",PID:w.pid,
-Starts:w.starts,Program:w.program,"Launch file":w.files,roslaunch:t}).map(([g,k])=>[i("dt",{},g),i("dd",{},k)])))}return{draw:p,close:m}}var ji={};Ze(ji,{open:()=>Pg});var Cg=[{title:"Node",text:e=>i("a",{href:ke("graph",`node:${e.name}`),title:e.name},In(e.name)),order:e=>e.name},{title:"Host",text:e=>e.host||"\u2013",order:e=>e.
+g,r.mark(g),k()}function k(){let g=a.find(y=>xu(y)===c);l.hidden=!g,u!==(g?c:"")&&(h.close(),P(l),u=g?c:"",g&&(h=Og(l,g,o,()=>m("")))),g&&h.draw(g)}return o.watch(
+"launches",{},g=>{a=g.nodes,n.show(g.error),s.hidden=a.length>0||!!g.error,P(s,Lg),r.show(a),k()},n.show),p(t),{go:p}}function Og(e,{launch:t,name:o,node:n},s,l){
+let r=he("p"),a=i("div",{},i("dl",{})),c=i("div",{},i("div",{})),u=(k,g)=>i("button",{disabled:!s.control,onclick:()=>r.attempt(()=>s.act(g,{launch:t,node:o}))},
+k),h=u("Stop","stop_launched");e.append(Ke(n,l),i("p",{},u("Restart","restart_launched")," ",h,s.control?"":" Start with --control to stop and restart nodes."),
+r.element,a,i("h3",{},"Output"),c);let m=s.watch("launch_output",{launch:t,node:o},k=>{Ne(c.firstChild,i("div",{},k.output.length?k.output.map(([g,y])=>[i("p",{
+class:"key"},g),i("pre",{class:"mono whole"},y)]):i("span",{class:"key"},'none; nodes with output="screen" write to the terminal of roslaunch')))},r.show);function p(k){
+h.disabled=!s.control||k.state==="stopped"||k.state==="exited",Ne(a.firstChild,i("dl",{},Object.entries({State:ku(k),"Exit code":k.exit_code??"\u2013",PID:k.pid,
+Starts:k.starts,Program:k.program,"Launch file":k.files,roslaunch:t}).map(([g,y])=>[i("dt",{},g),i("dd",{},y)])))}return{draw:p,close:m}}var ji={};Ze(ji,{open:()=>Pg});var Cg=[{title:"Node",text:e=>i("a",{href:ke("graph",`node:${e.name}`),title:e.name},In(e.name)),order:e=>e.name},{title:"Host",text:e=>e.host||"\u2013",order:e=>e.
 host},{title:"PID",kind:"number",text:e=>e.pid??"\u2013",order:e=>e.pid},{title:"Processor",kind:"number",text:e=>e.cpu===void 0?"\u2013":i("span",{},i("progres\
 s",{max:100,value:e.cpu,"aria-hidden":"true"}),`${e.cpu.toFixed(1)} %`),order:e=>$t(e.cpu)},{title:"Memory",kind:"number",text:e=>ht(e.memory),order:e=>$t(e.memory)},
 {title:"Threads",kind:"number",text:e=>e.threads??"\u2013",order:e=>$t(e.threads)},{title:"Connections",kind:"number",text:e=>e.connections,order:e=>$t(e.connections)},
@@ -584,71 +585,71 @@ abs(r))<.28?"centre":a}}var Dg=["images","plot"],Eu={ArrowLeft:"left",ArrowRight
 element=t,this.times=s}remember(t,o){this.onRemember(t,o)}hears(t){return super.hears(t)&&this.element.contains(t.target)}};function $u(e,t,o){let n=e,[s,l]=["",
 ""],r=null,a=null,c=null,u=!0,h=i("button",{class:"plain grip",title:"Drag to move; the arrow keys move it, too",onkeydown:M=>Ig(M,L=>o.step(n.id,L))},"\u283F"),
 m=i("select",{"aria-label":"View",onchange:()=>o.change({...n,tab:m.value,argument:""})},t.map(([M,L])=>i("option",{value:M},L))),p=i("span",{class:"subject pal\
-e"}),w=(M,L,I)=>i("button",{class:"plain","aria-label":L,title:L,onclick:I},M),g=w("\u2922","Enlarge",()=>o.enlarge(n.id)),k=w("\u2699","Controls of this view",
-()=>Tu(S,k)),x=i("div",{class:"panel-bar"},h,m,p,i("span",{class:"spring"}),k,w("\u25EB","Split: another panel on the right",()=>o.split(n.id,"right")),w("\u229F",
-"Split: another panel below",()=>o.split(n.id,"below")),g,w("\xD7","Close",()=>o.close(n.id))),T=i("div",{class:"tab"}),S=i("section",{class:"panel"},x,T);S.addEventListener(
-"click",M=>Fg(M,(...L)=>o.follow(n,...L)));async function E(){r?.close();let M=i("div",{class:`tab tab-${n.tab}`});T.replaceWith(M),T=M,[s,l,a,c]=[n.tab,n.argument,
-null,null],r=new Hi(S,s,o.mayControl(s),o.times,(O,J)=>{l=O,o.change({...n,argument:O},J)});let L=r,I=await ts(s);r===L&&(c=I.subject??(O=>O),a=I.open(T,l,r)??{},
-Tu(S,k,!l&&Dg.includes(s)),u||r.hide(),v(n))}function v(M){n=M;let L=t.find(([I])=>I===n.tab)?.[1]??n.tab;m.value=n.tab,S.setAttribute("aria-label",L),h.setAttribute(
-"aria-label",`Move ${L}`),n.tab!==s?E():n.argument!==l&&a&&(l=n.argument,a.go?.(l));for(let I of["title","textContent"])p[I]=c?.(n.argument)??""}return Su(S,h,(M,L)=>o.
-move(n.id,Number(M.dataset.id),L)),{element:S,show:v,get leaf(){return n},get accepts(){return a!==null},setShown(M){u=M,r?.[M?"show":"hide"]()},setEnlarged(M){
-S.classList.toggle("enlarged",M),g.setAttribute("aria-pressed",String(M))},close(){r?.close(),r=null,S.remove()}}}function Tu(e,t,o=!e.classList.contains("tools")){
+e"}),k=(M,L,I)=>i("button",{class:"plain","aria-label":L,title:L,onclick:I},M),g=k("\u2922","Enlarge",()=>o.enlarge(n.id)),y=k("\u2699","Controls of this view",
+()=>Tu(w,y)),T=i("div",{class:"panel-bar"},h,m,p,i("span",{class:"spring"}),y,k("\u25EB","Split: another panel on the right",()=>o.split(n.id,"right")),k("\u229F",
+"Split: another panel below",()=>o.split(n.id,"below")),g,k("\xD7","Close",()=>o.close(n.id))),E=i("div",{class:"tab"}),w=i("section",{class:"panel"},T,E);w.addEventListener(
+"click",M=>Fg(M,(...L)=>o.follow(n,...L)));async function S(){r?.close();let M=i("div",{class:`tab tab-${n.tab}`});E.replaceWith(M),E=M,[s,l,a,c]=[n.tab,n.argument,
+null,null],r=new Hi(w,s,o.mayControl(s),o.times,(O,Y)=>{l=O,o.change({...n,argument:O},Y)});let L=r,I=await ts(s);r===L&&(c=I.subject??(O=>O),a=I.open(E,l,r)??{},
+Tu(w,y,!l&&Dg.includes(s)),u||r.hide(),x(n))}function x(M){n=M;let L=t.find(([I])=>I===n.tab)?.[1]??n.tab;m.value=n.tab,w.setAttribute("aria-label",L),h.setAttribute(
+"aria-label",`Move ${L}`),n.tab!==s?S():n.argument!==l&&a&&(l=n.argument,a.go?.(l));for(let I of["title","textContent"])p[I]=c?.(n.argument)??""}return Su(w,h,(M,L)=>o.
+move(n.id,Number(M.dataset.id),L)),{element:w,show:x,get leaf(){return n},get accepts(){return a!==null},setShown(M){u=M,r?.[M?"show":"hide"]()},setEnlarged(M){
+w.classList.toggle("enlarged",M),g.setAttribute("aria-pressed",String(M))},close(){r?.close(),r=null,w.remove()}}}function Tu(e,t,o=!e.classList.contains("tools")){
 t.hidden=!e.querySelector(".toolbar > :not(.title, .more)"),e.classList.toggle("tools",o),t.setAttribute("aria-pressed",String(o))}function Ig(e,t){e.key in Eu&&
 (e.preventDefault(),t(Eu[e.key]),e.currentTarget.focus())}function Fg(e,t){let o=e.target instanceof Element?e.target.closest("a[href^='#']"):null;if(!o||e.ctrlKey||
 e.metaKey||e.shiftKey)return;let[n,s]=ya(o.getAttribute("href"));t(n,s)&&e.preventDefault()}var Wi=1,Mu=1e5;function Lu(e,t,o,{show:n,attempt:s}){let l=i("select",{"aria-label":"Stored layouts","aria-keyshortcuts":"o",onchange:()=>s(async()=>{r.value=l.
 value,o((await e.act("layout",{name:l.value})).panels)})}),r=i("input",{size:12,placeholder:"Name","aria-label":"Name of the layout","aria-keyshortcuts":"n",spellcheck:"\
 false",maxlength:60,autofocus:!0}),a=i("button",{},"Save"),c=i("button",{type:"button",onclick:()=>s(async()=>h(await e.act("delete_layout",{name:r.value.trim()})))},
-"Delete"),u=i("input",{type:"file",hidden:!0,"aria-label":"Layout file",accept:".json",onchange:()=>s(m)});function h({names:k,may_save:x},T=""){P(l,i("option",
-{value:"",disabled:!0,selected:!T},k.length?"Open a layout":"No layouts stored"),k.map(S=>i("option",{value:S,selected:S===T},S)));for(let S of[r,a,c])S.disabled=
-!x;a.title=x?"Store the layout on the server":"This page may not store layouts; export it instead"}async function m(){let[k]=u.files;if(u.value="",k.size>Mu)throw new Error(
-`${k.name} has ${k.size} bytes; the limit for a layout is ${Mu}`);let x=JSON.parse(await k.text());if(x?.pipros_layout!==Wi||typeof x.panels!="string")throw new Error(
-`${k.name} is not a layout file: pipros_layout must be ${Wi}, and panels a string`);o(x.panels)}let p=()=>`${JSON.stringify({pipros_layout:Wi,panels:t()})}
-`,w=()=>yt(`${r.value.trim()||"layout"}.json`,p(),"application/json");e.act("layouts").then(h,k=>n(k.message));let g=i("form",{popover:"",id:pt("layouts"),class:"\
-layouts","aria-label":"Layouts",onsubmit:k=>{k.preventDefault(),s(async()=>h(await e.act("save_layout",{name:r.value.trim(),panels:t()}),r.value.trim()))}},l,i(
-"span",{class:"buttons"},r,a,c),i("span",{class:"buttons"},i("button",{type:"button",title:"Save the layout as a file",onclick:w},"Export"),i("button",{type:"bu\
+"Delete"),u=i("input",{type:"file",hidden:!0,"aria-label":"Layout file",accept:".json",onchange:()=>s(m)});function h({names:y,may_save:T},E=""){P(l,i("option",
+{value:"",disabled:!0,selected:!E},y.length?"Open a layout":"No layouts stored"),y.map(w=>i("option",{value:w,selected:w===E},w)));for(let w of[r,a,c])w.disabled=
+!T;a.title=T?"Store the layout on the server":"This page may not store layouts; export it instead"}async function m(){let[y]=u.files;if(u.value="",y.size>Mu)throw new Error(
+`${y.name} has ${y.size} bytes; the limit for a layout is ${Mu}`);let T=JSON.parse(await y.text());if(T?.pipros_layout!==Wi||typeof T.panels!="string")throw new Error(
+`${y.name} is not a layout file: pipros_layout must be ${Wi}, and panels a string`);o(T.panels)}let p=()=>`${JSON.stringify({pipros_layout:Wi,panels:t()})}
+`,k=()=>yt(`${r.value.trim()||"layout"}.json`,p(),"application/json");e.act("layouts").then(h,y=>n(y.message));let g=i("form",{popover:"",id:pt("layouts"),class:"\
+layouts","aria-label":"Layouts",onsubmit:y=>{y.preventDefault(),s(async()=>h(await e.act("save_layout",{name:r.value.trim(),panels:t()}),r.value.trim()))}},l,i(
+"span",{class:"buttons"},r,a,c),i("span",{class:"buttons"},i("button",{type:"button",title:"Save the layout as a file",onclick:k},"Export"),i("button",{type:"bu\
 tton",title:"Open a layout from a file",onclick:()=>u.click()},"Import")),u);return i("span",{},i("button",{popovertarget:g.id,title:"Open, store, export and im\
 port layouts (o, n)"},"Layout \u25BE"),g)}var Zs=class extends EventTarget{constructor(){super(),this.isOn=!0,this.ends=new Map}tell(t,o){this.isOn&&this.dispatchEvent(new CustomEvent("change",{detail:{
 plot:t,...o}}))}listen(t,o,n){this.addEventListener("change",s=>o(s.detail),{signal:n}),n.addEventListener("abort",()=>this.ends.delete(t))}forget(t){this.ends.
 delete(t)}range(t,o,n){if(this.ends.set(t,[o,n]),!this.isOn)return[o,n];let s=[...this.ends.values()];return[Math.min(...s.map(([l])=>l)),Math.max(...s.map(([,l])=>l))]}};var Au=matchMedia("(max-width: 700px)"),Bg=2,zg="row(topics~plot)",Qs=[...cn.filter(([e])=>e!=="panels"),...Ds],Vi=Qs.map(([e])=>e);function jg(e,t,o){let n=new Zs,
-s=he(),l=i("div",{class:"panels"}),r=i("select",{"aria-label":"Add a panel",onchange:()=>{T(Nn(r.value)),r.value=""}},i("option",{value:""},"Add a panel"),Qs.map(
-([N,D])=>i("option",{value:N},D))),a=i("select",{"aria-label":"Panel",onchange:()=>{w=Number(a.value),L()}}),c=i("input",{type:"checkbox",checked:!0,onchange:()=>{
-n.isOn=c.checked}}),u=Te("\u229E","Add a panel to begin."),h=Lu(o,()=>Rn(m),N=>{C(N)&&E()},s);e.append(i("div",{class:"column"},ge({title:"Overview"},a,r,i("lab\
-el",{},c,"Link time axes"),i("span",{class:"spring"}),h),s.element,u,l));let m=null,p=null,w=null,g=new Map,k={times:n,mayControl:Ui,change:(N,D)=>{v(va(m,N)),E(
-D)},split(N,D){x()||(p=null,v(ka(m,N,D,Nn(g.get(N).leaf.tab))),E())},close(N){p===N&&(p=null),v(xa(m,N)),E()},enlarge(N){p=p===N?null:N,L()},move(N,D,V){v(Sa(m,
-N,D,V)),E()},step(N,D){let V=_(N,D);V!==null&&k.move(N,V,"centre")},follow(N,D,V){let z=un(N.tab)===un(D)?N:Pn(m).find(oe=>oe.tab===D);return z?(k.change({...z,
-tab:D,argument:V}),!0):!1}};function x(){let N=Pn(m).length>=Yl;return s.show(N?`There can be at most ${Yl} panels.`:""),N}function T(N){x()||(p=null,v(Xl(m,N,S())),
-E())}let S=()=>(l.clientWidth||16)/(l.clientHeight||9);function E({isReplacing:N=!1}={}){let D=Rn(m);localStorage.setItem(Ms,D),o.remember(D,{isReplacing:N})}function v(N){
-m=N;let D=Pn(m),V=new Set(D.map(({id:z})=>z));for(let[z,oe]of g)V.has(z)||(oe.close(),g.delete(z));D.forEach(z=>{g.has(z.id)||g.set(z.id,$u(z,Qs,k)),g.get(z.id).
+s=he(),l=i("div",{class:"panels"}),r=i("select",{"aria-label":"Add a panel",onchange:()=>{E(Nn(r.value)),r.value=""}},i("option",{value:""},"Add a panel"),Qs.map(
+([N,D])=>i("option",{value:N},D))),a=i("select",{"aria-label":"Panel",onchange:()=>{k=Number(a.value),L()}}),c=i("input",{type:"checkbox",checked:!0,onchange:()=>{
+n.isOn=c.checked}}),u=Te("\u229E","Add a panel to begin."),h=Lu(o,()=>Rn(m),N=>{C(N)&&S()},s);e.append(i("div",{class:"column"},ge({title:"Overview"},a,r,i("lab\
+el",{},c,"Link time axes"),i("span",{class:"spring"}),h),s.element,u,l));let m=null,p=null,k=null,g=new Map,y={times:n,mayControl:Ui,change:(N,D)=>{x(va(m,N)),S(
+D)},split(N,D){T()||(p=null,x(ka(m,N,D,Nn(g.get(N).leaf.tab))),S())},close(N){p===N&&(p=null),x(xa(m,N)),S()},enlarge(N){p=p===N?null:N,L()},move(N,D,V){x(Sa(m,
+N,D,V)),S()},step(N,D){let V=_(N,D);V!==null&&y.move(N,V,"centre")},follow(N,D,V){let z=un(N.tab)===un(D)?N:Pn(m).find(oe=>oe.tab===D);return z?(y.change({...z,
+tab:D,argument:V}),!0):!1}};function T(){let N=Pn(m).length>=Yl;return s.show(N?`There can be at most ${Yl} panels.`:""),N}function E(N){T()||(p=null,x(Xl(m,N,w())),
+S())}let w=()=>(l.clientWidth||16)/(l.clientHeight||9);function S({isReplacing:N=!1}={}){let D=Rn(m);localStorage.setItem(Ms,D),o.remember(D,{isReplacing:N})}function x(N){
+m=N;let D=Pn(m),V=new Set(D.map(({id:z})=>z));for(let[z,oe]of g)V.has(z)||(oe.close(),g.delete(z));D.forEach(z=>{g.has(z.id)||g.set(z.id,$u(z,Qs,y)),g.get(z.id).
 show(z)}),L()}let M=[];function L(){let N=$s(m),D=p??I(N.panels);u.hidden=m!==null;for(let z of M.splice(0))z.remove();let V=null;for(let{leaf:z,box:oe}of N.panels){
 let{element:Q,setEnlarged:R,setShown:W}=g.get(z.id);Q.dataset.id=z.id,O(Q,oe),R(z.id===D),Q.hidden=D!==null&&z.id!==D,W(!Q.hidden&&o.isShown);let j=V?V.nextElementSibling:
-l.firstElementChild;j!==Q&&l.insertBefore(Q,j),V=Q}D===null&&M.push(...N.borders.map(J)),l.append(...M)}function I(N){return a.hidden=!Au.matches||N.length<2,a.
-hidden?null:(N.some(({leaf:D})=>D.id===w)||(w=N[0].leaf.id),P(a,N.map(({leaf:{id:D,tab:V}},z)=>i("option",{value:D,selected:D===w},`${z+1} of ${N.length}: ${Qs.
-find(([oe])=>oe===V)[1]}`))),w)}Au.addEventListener("change",()=>m&&L(),{signal:o.signal});function O(N,{x:D,y:V,w:z,h:oe}){Object.assign(N.style,{left:`${D}%`,
-top:`${V}%`,width:`${z}%`,height:`${oe}%`})}function J({path:N,index:D,direction:V,box:z,share:oe,size:Q}){let R=V==="row",W=te=>{m=Ea(m,N,D,te)},j=i("div",{class:`\
+l.firstElementChild;j!==Q&&l.insertBefore(Q,j),V=Q}D===null&&M.push(...N.borders.map(Y)),l.append(...M)}function I(N){return a.hidden=!Au.matches||N.length<2,a.
+hidden?null:(N.some(({leaf:D})=>D.id===k)||(k=N[0].leaf.id),P(a,N.map(({leaf:{id:D,tab:V}},z)=>i("option",{value:D,selected:D===k},`${z+1} of ${N.length}: ${Qs.
+find(([oe])=>oe===V)[1]}`))),k)}Au.addEventListener("change",()=>m&&L(),{signal:o.signal});function O(N,{x:D,y:V,w:z,h:oe}){Object.assign(N.style,{left:`${D}%`,
+top:`${V}%`,width:`${z}%`,height:`${oe}%`})}function Y({path:N,index:D,direction:V,box:z,share:oe,size:Q}){let R=V==="row",W=te=>{m=Ea(m,N,D,te)},j=i("div",{class:`\
 border ${V}`,role:"separator",tabindex:0,"data-at":[...N,D].join("."),"aria-label":"Border between panels","aria-orientation":R?"vertical":"horizontal","aria-va\
-luemin":0,"aria-valuemax":100,"aria-valuenow":Math.round(Q),onkeydown:te=>{let Y={[R?"ArrowLeft":"ArrowUp"]:-1,[R?"ArrowRight":"ArrowDown"]:1}[te.key];Y&&(te.preventDefault(),
-W(Y*Bg),L(),E({isReplacing:!0}),l.querySelector(`.border[data-at="${j.dataset.at}"]`)?.focus())}});return O(j,z),j.addEventListener("pointerdown",te=>{te.preventDefault(),
-j.setPointerCapture(te.pointerId);let Y=R?te.clientX:te.clientY,U=ae=>{let be=R?ae.clientX:ae.clientY;W((be-Y)/(R?l.clientWidth:l.clientHeight)*100*(100/oe)),Y=
+luemin":0,"aria-valuemax":100,"aria-valuenow":Math.round(Q),onkeydown:te=>{let X={[R?"ArrowLeft":"ArrowUp"]:-1,[R?"ArrowRight":"ArrowDown"]:1}[te.key];X&&(te.preventDefault(),
+W(X*Bg),L(),S({isReplacing:!0}),l.querySelector(`.border[data-at="${j.dataset.at}"]`)?.focus())}});return O(j,z),j.addEventListener("pointerdown",te=>{te.preventDefault(),
+j.setPointerCapture(te.pointerId);let X=R?te.clientX:te.clientY,U=ae=>{let be=R?ae.clientX:ae.clientY;W((be-X)/(R?l.clientWidth:l.clientHeight)*100*(100/oe)),X=
 be;let B=$s(m);for(let{leaf:ee,box:re}of B.panels)O(g.get(ee.id).element,re);B.borders.forEach((ee,re)=>O(M[re],ee.box))};j.addEventListener("pointermove",U),j.
-addEventListener("lostpointercapture",()=>{j.removeEventListener("pointermove",U),E()},{once:!0})}),j}function _(N,D){let V=$s(m).panels.map(({leaf:j,box:te})=>({
+addEventListener("lostpointercapture",()=>{j.removeEventListener("pointermove",U),S()},{once:!0})}),j}function _(N,D){let V=$s(m).panels.map(({leaf:j,box:te})=>({
 id:j.id,x:te.x+te.w/2,y:te.y+te.h/2})),z=V.find(j=>j.id===N),[oe,Q]={left:[-1,0],right:[1,0],above:[0,-1],below:[0,1]}[D],R=j=>Math.hypot(j.x-z.x,j.y-z.y);return V.
-filter(j=>(j.x-z.x)*oe+(j.y-z.y)*Q>1).sort((j,te)=>R(j)-R(te))[0]?.id??null}function C(N){try{if(N.startsWith("+")){let z=ao(N.slice(1),Vi);return m||v(ao(localStorage.
-getItem(Ms)??"",Vi)),z&&!x()&&v(Xl(m,z,S())),E({isReplacing:!0}),!0}let D=ao(N,Vi),V=[...g.values()].map(z=>z.leaf);for(let z of[(oe,Q)=>oe.argument===Q.argument,
+filter(j=>(j.x-z.x)*oe+(j.y-z.y)*Q>1).sort((j,te)=>R(j)-R(te))[0]?.id??null}function C(N){try{if(N.startsWith("+")){let z=ao(N.slice(1),Vi);return m||x(ao(localStorage.
+getItem(Ms)??"",Vi)),z&&!T()&&x(Xl(m,z,w())),S({isReplacing:!0}),!0}let D=ao(N,Vi),V=[...g.values()].map(z=>z.leaf);for(let z of[(oe,Q)=>oe.argument===Q.argument,
 ()=>!0])for(let oe of Pn(D)){if(g.has(oe.id))continue;let Q=V.findIndex(R=>R.tab===oe.tab&&z(R,oe));Q>=0&&([oe.id]=V.splice(Q,1).map(({id:R})=>R))}return p=null,
-v(D),s.show(),!0}catch(D){return s.show(D.message),!1}}return o.onShown=N=>{for(let D of g.values())D.setShown(N&&!D.element.hidden)},t?C(t):C(localStorage.getItem(
-Ms)||zg)&&E({isReplacing:!0}),{go:N=>N&&C(N)}}var qi={};Ze(qi,{open:()=>Vg});var _u=4e3,Hg=300,Wg=80;function Vg(e,t,o){let{control:n}=o,s=i("input",{type:"search",placeholder:"Search",value:t,"aria-label":"Search parameters",oninput:()=>g()}),
-l=he(),r=i("div",{class:"scroll params"},i("div",{})),a=i("input",{placeholder:"/name","aria-label":"Name",spellcheck:"false"}),c=i("input",{placeholder:"value \
-in YAML","aria-label":"Value",spellcheck:"false",size:24});e.append(i("div",{class:"column"},Ht(o.signal),ge({title:"Parameters"},yn("params"),s,i("span",{class:"\
-spring"}),n?i("form",{class:"choices",onsubmit:x=>{x.preventDefault(),w("set_param",{name:a.value,value:c.value})}},a,c,i("button",{},"Set"),i("button",{type:"b\
-utton",onclick:()=>w("delete_param",{name:a.value})},"Delete")):null),l.element,r));let u={},h=new Map,m=!0,p=Hs(r,k),w=(x,T)=>l.attempt(()=>o.act(x,T));function g(){
-let x=s.value.trim().toLowerCase(),T=Object.keys(u).filter(E=>!x||`${E} ${u[E]}`.toLowerCase().includes(x)),S=Te("\u2254",x?"No parameter matches.":"There are n\
-o parameters.");Ne(r.firstChild,i("div",{},T.length?Ou(Ws(T,E=>E),"",{params:u,changed:h,control:n}):S)),p()}function k(x){a.value=x,c.value=u[x].includes("\u2026")?
-"":u[x],c.focus()}return o.watch("params",{},x=>{if(x.error){l.show(x.error);return}l.show(x.more?`${x.more} more parameters are not shown.`:"");let T=Date.now();
-for(let[S,E]of Object.entries(x.params))!m&&E!==u[S]&&h.set(S,T);m=!1,u=x.params,g(),setTimeout(()=>{h=new Map([...h].filter(([,S])=>Date.now()-S<_u)),g()},_u+100)},
-l.show),{go:x=>{s.value=x,g()}}}function Ou(e,t,o){let{params:n,changed:s,control:l}=o;return i("ul",{class:"tree"},[...e].map(([r,{below:a,item:c}])=>{let u=`${t}\
-/${r}`;if(a.size)return i("li",{"data-key":`${r}/`},i("details",{"data-path":u},i("summary",{},`${r}/`),Ou(a,u,o)));let h=n[c],m=h.length>Hg,p=[i("span",{class:"\
-key"},`${r}: `),m?null:h];return i("li",{"data-key":r,class:s.has(c)?"changed":""},l?i("button",{class:"plain",title:"Edit","data-name":c},p):p,m?i("details",{class:"\
-long-value","data-value":c},i("summary",{},`${h.slice(0,Wg)} \u2026 ${ht(h.length)}`),h):null)}))}var Nr={};Ze(Nr,{open:()=>T0});var Gg="uplot",Ug="u-hz",qg="u-vt",Kg="u-title",Yg="u-wrap",Xg="u-under",Jg="u-over",Zg="u-axis",jn="u-off",Qg="u-select",eb="u-cursor-x",tb="u-cursor-y",nb="u-\
+x(D),s.show(),!0}catch(D){return s.show(D.message),!1}}return o.onShown=N=>{for(let D of g.values())D.setShown(N&&!D.element.hidden)},t?C(t):C(localStorage.getItem(
+Ms)||zg)&&S({isReplacing:!0}),{go:N=>N&&C(N)}}var qi={};Ze(qi,{open:()=>Vg});var _u=4e3,Hg=300,Wg=80;function Vg(e,t,o){let{control:n}=o,s=i("input",{type:"search",placeholder:"Search",value:t,"aria-label":"Search parameters",oninput:()=>g()}),
+l=he(),r=i("div",{class:"scroll params"},i("div",{})),a=i("input",{placeholder:"/name","aria-label":"Name",spellcheck:"false",oninput:()=>{c.required=!1}}),c=i(
+"input",{placeholder:"value in YAML","aria-label":"Value",spellcheck:"false",size:24});e.append(i("div",{class:"column"},Ht(o.signal),ge({title:"Parameters"},yn(
+"params"),s,i("span",{class:"spring"}),n?i("form",{class:"choices",onsubmit:T=>{T.preventDefault(),k("set_param",{name:a.value,value:c.value})}},a,c,i("button",
+{},"Set"),i("button",{type:"button",onclick:()=>k("delete_param",{name:a.value})},"Delete")):null),l.element,r));let u={},h=new Map,m=!0,p=Hs(r,y),k=(T,E)=>l.attempt(
+()=>o.act(T,E));function g(){let T=s.value.trim().toLowerCase(),E=Object.keys(u).filter(S=>!T||`${S} ${u[S]}`.toLowerCase().includes(T)),w=Te("\u2254",T?"No par\
+ameter matches.":"There are no parameters.");Ne(r.firstChild,i("div",{},E.length?Ou(Ws(E,S=>S),"",{params:u,changed:h,control:n}):w)),p()}function y(T){a.value=
+T,c.required=u[T].includes("\u2026"),c.value=c.required?"":u[T],c.focus()}return o.watch("params",{},T=>{if(T.error){l.show(T.error);return}l.show(T.more?`${T.more}\
+ more parameters are not shown.`:"");let E=Date.now();for(let[w,S]of Object.entries(T.params))!m&&S!==u[w]&&h.set(w,E);m=!1,u=T.params,g(),setTimeout(()=>{h=new Map(
+[...h].filter(([,w])=>Date.now()-w<_u)),g()},_u+100)},l.show),{go:T=>{s.value=T,g()}}}function Ou(e,t,o){let{params:n,changed:s,control:l}=o;return i("ul",{class:"\
+tree"},[...e].map(([r,{below:a,item:c}])=>{let u=`${t}/${r}`;if(a.size)return i("li",{"data-key":`${r}/`},i("details",{"data-path":u},i("summary",{},`${r}/`),Ou(
+a,u,o)));let h=n[c],m=h.length>Hg,p=[i("span",{class:"key"},`${r}: `),m?null:h];return i("li",{"data-key":r,class:s.has(c)?"changed":""},l?i("button",{class:"pl\
+ain",title:"Edit","data-name":c},p):p,m?i("details",{class:"long-value","data-value":c},i("summary",{},`${h.slice(0,Wg)} \u2026 ${ht(h.length)}`),h):null)}))}var Nr={};Ze(Nr,{open:()=>T0});var Gg="uplot",Ug="u-hz",qg="u-vt",Kg="u-title",Yg="u-wrap",Xg="u-under",Jg="u-over",Zg="u-axis",jn="u-off",Qg="u-select",eb="u-cursor-x",tb="u-cursor-y",nb="u-\
 cursor-pt",ob="u-legend",sb="u-live",lb="u-inline",ib="u-series",rb="u-marker",Cu="u-label",ab="u-value",os="width",ss="height";var Nu="bottom",Eo="left",Ki="right",fr="#000",Pu=fr+"0",Yi="mousemove",Ru="mousedown",Xi="mouseup",Du="mouseenter",Iu="mouseleave",Fu="dblclick",cb="resize",ub="\
 scroll",Bu="change",sl="dppxchange",pr="--",Oo=typeof window<"u",tr=Oo?document:null,$o=Oo?window:null,fb=Oo?navigator:null,Le,el;function nr(){let e=devicePixelRatio;
 Le!=e&&(Le=e,el&&sr(Bu,el,nr),el=matchMedia(`(min-resolution: ${Le-.001}dppx) and (max-resolution: ${Le+.001}dppx)`),Hn(Bu,el,nr),$o.dispatchEvent(new CustomEvent(
@@ -666,9 +667,9 @@ u=a(r(tt(e))),h=c(r(tt(t))),m=Mo(o,u),p=Mo(o,h);return o==10&&(u<0&&(m=Re(m,-u))
 let s=al(e,t,o,n);return e==0&&(s[0]=0),t==0&&(s[1]=0),s}var mr=.1,Gu={mode:3,pad:mr},is={pad:0,soft:null,mode:0},mb={min:is,max:is};function ll(e,t,o,n){return ul(
 o)?Uu(e,t,o):(is.pad=o,is.soft=n?0:null,is.mode=n?3:0,Uu(e,t,mb))}function $e(e,t){return e??t}function gb(e,t,o){for(t=$e(t,0),o=$e(o,e.length-1);t<=o;){if(e[t]!=
 null)return!0;t++}return!1}function Uu(e,t,o){let n=o.min,s=o.max,l=$e(n.pad,0),r=$e(s.pad,0),a=$e(n.hard,-Pe),c=$e(s.hard,Pe),u=$e(n.soft,Pe),h=$e(s.soft,-Pe),
-m=$e(n.mode,0),p=$e(s.mode,0),w=t-e,g=pn(w),k=kt(tt(e),tt(t)),x=pn(k),T=tt(x-g);(w<1e-24||T>10)&&(w=0,(e==0||t==0)&&(w=1e-24,m==2&&u!=Pe&&(l=0),p==2&&h!=-Pe&&(r=
-0)));let S=w||k||1e3,E=pn(S),v=Mo(10,Ct(E)),M=S*(w==0?e==0?.1:1:l),L=Re($f(e-M,v/10),24),I=e>=u&&(m==1||m==3&&L<=u||m==2&&L>=u)?u:Pe,O=kt(a,L<I&&e>=I?I:Zt(I,L)),
-J=S*(w==0?t==0?.1:1:r),_=Re(cl(t+J,v/10),24),C=t<=h&&(p==1||p==3&&_>=h||p==2&&_<=h)?h:-Pe,N=Zt(c,_>C&&t<=C?C:kt(C,_));return O==N&&O==0&&(N=100),[O,N]}var bb=new Intl.
+m=$e(n.mode,0),p=$e(s.mode,0),k=t-e,g=pn(k),y=kt(tt(e),tt(t)),T=pn(y),E=tt(T-g);(k<1e-24||E>10)&&(k=0,(e==0||t==0)&&(k=1e-24,m==2&&u!=Pe&&(l=0),p==2&&h!=-Pe&&(r=
+0)));let w=k||y||1e3,S=pn(w),x=Mo(10,Ct(S)),M=w*(k==0?e==0?.1:1:l),L=Re($f(e-M,x/10),24),I=e>=u&&(m==1||m==3&&L<=u||m==2&&L>=u)?u:Pe,O=kt(a,L<I&&e>=I?I:Zt(I,L)),
+Y=w*(k==0?t==0?.1:1:r),_=Re(cl(t+Y,x/10),24),C=t<=h&&(p==1||p==3&&_>=h||p==2&&_<=h)?h:-Pe,N=Zt(c,_>C&&t<=C?C:kt(C,_));return O==N&&O==0&&(N=100),[O,N]}var bb=new Intl.
 NumberFormat(Oo?fb.language:"en-US"),gr=e=>bb.format(e),Nt=Math,ol=Nt.PI,tt=Nt.abs,Ct=Nt.floor,et=Nt.round,Vt=Nt.ceil,Zt=Nt.min,kt=Nt.max,Mo=Nt.pow,qu=Nt.sign,pn=Nt.
 log10,kf=Nt.log2,wb=(e,t=1)=>Nt.sinh(e)*t,Ji=(e,t=1)=>Nt.asinh(e/t),Pe=1/0;function Ku(e){return(pn((e^e>>31)-(e>>31))|0)+1}function lr(e,t,o){return Zt(kt(e,t),
 o)}function Sf(e){return typeof e=="function"}function ve(e){return Sf(e)?e:()=>e}var yb=()=>{},Ef=e=>e,Tf=(e,t)=>t,vb=e=>null,Yu=e=>!0,Xu=(e,t)=>e==t,xb=/\.\d*?(?=9{6,}|0{6,})/gm,
@@ -684,8 +685,8 @@ for(let o=1;o<t.length;o++){let n=t[o];for(let s in n)s!=Af&&(ul(e[s])?Qe(e[s],A
 s,l=-1;n<t.length;n++){let r=t[n];if(r>l){for(s=r-1;s>=0&&e[s]==null;)e[s--]=null;for(s=r+1;s<o&&e[s]==null;)e[l=s++]=null}}}function Ab(e,t){if(Cb(e)){let r=e[0].
 slice();for(let a=1;a<e.length;a++)r.push(...e[a].slice(1));return Nb(r[0])||(r=Ob(r)),r}let o=new Set;for(let r=0;r<e.length;r++){let c=e[r][0],u=c.length;for(let h=0;h<
 u;h++)o.add(c[h])}let n=[Array.from(o).sort((r,a)=>r-a)],s=n[0].length,l=new Map;for(let r=0;r<s;r++)l.set(n[0][r],r);for(let r=0;r<e.length;r++){let a=e[r],c=a[0];
-for(let u=1;u<a.length;u++){let h=a[u],m=Array(s).fill(void 0),p=t?t[r][u]:$b,w=[];for(let g=0;g<h.length;g++){let k=h[g],x=l.get(c[g]);k===null?p!=Tb&&(m[x]=k,
-p==Mb&&w.push(x)):m[x]=k}Lb(m,w,s),n.push(m)}}return n}var _b=typeof queueMicrotask>"u"?e=>Promise.resolve().then(e):queueMicrotask;function Ob(e){let t=e[0],o=t.
+for(let u=1;u<a.length;u++){let h=a[u],m=Array(s).fill(void 0),p=t?t[r][u]:$b,k=[];for(let g=0;g<h.length;g++){let y=h[g],T=l.get(c[g]);y===null?p!=Tb&&(m[T]=y,
+p==Mb&&k.push(T)):m[T]=y}Lb(m,k,s),n.push(m)}}return n}var _b=typeof queueMicrotask>"u"?e=>Promise.resolve().then(e):queueMicrotask;function Ob(e){let t=e[0],o=t.
 length,n=Array(o);for(let l=0;l<n.length;l++)n[l]=l;n.sort((l,r)=>t[l]-t[r]);let s=[];for(let l=0;l<e.length;l++){let r=e[l],a=Array(o);for(let c=0;c<o;c++)a[c]=
 r[n[c]];s.push(a)}return s}function Cb(e){let t=e[0][0],o=t.length;for(let n=1;n<e.length;n++){let s=e[n][0];if(s.length!=o)return!1;if(s!=t){for(let l=0;l<o;l++)
 if(s[l]!=t[l])return!1}}return!0}function Nb(e,t=100){let o=e.length;if(o<=1)return!0;let n=0,s=o-1;for(;n<=s&&e[n]==null;)n++;for(;s>=n&&e[s]==null;)s--;if(s<=
@@ -704,14 +705,14 @@ Nf),zn=jb.concat(Pf),yr=`
 s=n*24,l=s*30,r=s*365,c=(e==1?as(10,0,3,il).filter(Nf):as(10,-3,0,il)).concat([t,t*5,t*10,t*15,t*30,o,o*5,o*10,o*15,o*30,n,n*2,n*3,n*4,n*6,n*8,n*12,s,s*2,s*3,s*
 4,s*5,s*6,s*7,s*8,s*9,s*10,s*15,l,l*2,l*3,l*4,l*6,r,r*2,r*5,r*10,r*25,r*50,r*100]),u=[[r,Rf,Oe,Oe,Oe,Oe,Oe,Oe,1],[s*28,"{MMM}",Zu,Oe,Oe,Oe,Oe,Oe,1],[s,Df,Zu,Oe,
 Oe,Oe,Oe,Oe,1],[n,"{h}"+If,tl,Oe,ls,Oe,Oe,Oe,1],[o,To,tl,Oe,ls,Oe,Oe,Oe,1],[t,ef,tl+" "+To,Oe,ls+" "+To,Oe,Qu,Oe,1],[e,ef+".{fff}",tl+" "+To,Oe,ls+" "+To,Oe,Qu,
-Oe,1]];function h(m){return(p,w,g,k,x,T)=>{let S=[],E=x>=r,v=x>=l&&x<r,M=m(g),L=Re(M*e,3),I=Zi(M.getFullYear(),E?0:M.getMonth(),v||E?1:M.getDate()),O=Re(I*e,3);
-if(v||E){let J=v?x/l:0,_=E?x/r:0,C=L==O?L:Re(Zi(I.getFullYear()+_,I.getMonth()+J,1)*e,3),N=new Date(et(C/e)),D=N.getFullYear(),V=N.getMonth();for(let z=0;C<=k;z++){
-let oe=Zi(D+_*z,V+J*z,1),Q=oe-m(Re(oe*e,3));C=Re((+oe+Q)*e,3),C<=k&&S.push(C)}}else{let J=x>=s?s:x,_=Ct(g)-Ct(L),C=O+_+cl(L-O,J);S.push(C);let N=m(C),D=N.getHours()+
-N.getMinutes()/o+N.getSeconds()/n,V=x/n,z=p.axes[w]._space,oe=T/z;for(;C=Re(C+x,e==1?0:3),!(C>k);)if(V>1){let Q=Ct(Re(D+V,6))%24,j=m(C).getHours()-Q;j>1&&(j=-1),
-C-=j*n,D=(D+V)%24;let te=S[S.length-1];Re((C-te)/x,3)*oe>=.7&&S.push(C)}else S.push(C)}return S}}return[c,u,h]}var[Vb,Gb,Ub]=Ff(1),[qb,Kb,Yb]=Ff(.001);as(2,-53,
+Oe,1]];function h(m){return(p,k,g,y,T,E)=>{let w=[],S=T>=r,x=T>=l&&T<r,M=m(g),L=Re(M*e,3),I=Zi(M.getFullYear(),S?0:M.getMonth(),x||S?1:M.getDate()),O=Re(I*e,3);
+if(x||S){let Y=x?T/l:0,_=S?T/r:0,C=L==O?L:Re(Zi(I.getFullYear()+_,I.getMonth()+Y,1)*e,3),N=new Date(et(C/e)),D=N.getFullYear(),V=N.getMonth();for(let z=0;C<=y;z++){
+let oe=Zi(D+_*z,V+Y*z,1),Q=oe-m(Re(oe*e,3));C=Re((+oe+Q)*e,3),C<=y&&w.push(C)}}else{let Y=T>=s?s:T,_=Ct(g)-Ct(L),C=O+_+cl(L-O,Y);w.push(C);let N=m(C),D=N.getHours()+
+N.getMinutes()/o+N.getSeconds()/n,V=T/n,z=p.axes[k]._space,oe=E/z;for(;C=Re(C+T,e==1?0:3),!(C>y);)if(V>1){let Q=Ct(Re(D+V,6))%24,j=m(C).getHours()-Q;j>1&&(j=-1),
+C-=j*n,D=(D+V)%24;let te=w[w.length-1];Re((C-te)/T,3)*oe>=.7&&w.push(C)}else w.push(C)}return w}}return[c,u,h]}var[Vb,Gb,Ub]=Ff(1),[qb,Kb,Yb]=Ff(.001);as(2,-53,
 53,[1]);function tf(e,t){return e.map(o=>o.map((n,s)=>s==0||s==8||n==null?n:t(s==1||o[8]==0?n:o[1]+n)))}function nf(e,t){return(o,n,s,l,r)=>{let a=t.find(g=>r>=
-g[0])||t[t.length-1],c,u,h,m,p,w;return n.map(g=>{let k=e(g),x=k.getFullYear(),T=k.getMonth(),S=k.getDate(),E=k.getHours(),v=k.getMinutes(),M=k.getSeconds(),L=x!=
-c&&a[2]||T!=u&&a[3]||S!=h&&a[4]||E!=m&&a[5]||v!=p&&a[6]||M!=w&&a[7]||a[1];return c=x,u=T,h=S,m=E,p=v,w=M,L(k)})}}function Xb(e,t){let o=wr(t);return(n,s,l,r,a)=>s.
+g[0])||t[t.length-1],c,u,h,m,p,k;return n.map(g=>{let y=e(g),T=y.getFullYear(),E=y.getMonth(),w=y.getDate(),S=y.getHours(),x=y.getMinutes(),M=y.getSeconds(),L=T!=
+c&&a[2]||E!=u&&a[3]||w!=h&&a[4]||S!=m&&a[5]||x!=p&&a[6]||M!=k&&a[7]||a[1];return c=T,u=E,h=w,m=S,p=x,k=M,L(y)})}}function Xb(e,t){let o=wr(t);return(n,s,l,r,a)=>s.
 map(c=>o(e(c)))}function Zi(e,t,o){return new Date(e,t,o)}function of(e,t){return t(e)}var Jb="{YYYY}-{MM}-{DD} {h}:{mm}{aa}";function sf(e,t){return(o,n,s,l)=>l==
 null?pr:t(e(n))}function Zb(e,t){let o=e.series[t];return o.width?o.stroke(e,t):o.points.width?o.points.stroke(e,t):null}function Qb(e,t){return e.series[t].fill(
 e,t)}var ew={show:!0,live:!0,isolate:!1,mount:yb,markers:{show:!0,width:2,stroke:Zb,fill:Qb,dash:"solid"},idx:null,idxs:null,values:[]};function tw(e,t){let o=e.
@@ -740,56 +741,56 @@ gaps:Gf,alpha:1,points:{show:ww,filter:null},values:null,min:Pe,max:-Pe,idxs:[],
 distr:1,log:10,asinh:1,min:null,max:null,dir:1,ori:0},vw=Qe({},Uf,{time:!1,ori:1}),hf={};function qf(e,t){let o=hf[e];return o||(o={key:e,plots:[],sub(n){o.plots.
 push(n)},unsub(n){o.plots=o.plots.filter(s=>s!=n)},pub(n,s,l,r,a,c,u){for(let h=0;h<o.plots.length;h++)o.plots[h]!=s&&o.plots[h].pub(n,s,l,r,a,c,u)}},e!=null&&(hf[e]=
 o)),o}var _o=1,ar=2;function Vn(e,t,o){let n=e.mode,s=e.series[t],l=n==2?e._data[t]:e._data,r=e.scales,a=e.bbox,c=l[0],u=n==2?l[1]:l[t],h=n==2?r[s.facets[0].scale]:
-r[e.series[0].scale],m=n==2?r[s.facets[1].scale]:r[s.scale],p=a.left,w=a.top,g=a.width,k=a.height,x=e.valToPosH,T=e.valToPosV;return h.ori==0?o(s,c,u,h,m,x,T,p,
-w,g,k,pl,Co,dl,Yf,Jf):o(s,c,u,h,m,T,x,w,p,k,g,hl,No,Er,Xf,Zf)}function kr(e,t){let o=0,n=0,s=$e(e.bands,br);for(let l=0;l<s.length;l++){let r=s[l];r.series[0]==
+r[e.series[0].scale],m=n==2?r[s.facets[1].scale]:r[s.scale],p=a.left,k=a.top,g=a.width,y=a.height,T=e.valToPosH,E=e.valToPosV;return h.ori==0?o(s,c,u,h,m,T,E,p,
+k,g,y,pl,Co,dl,Yf,Jf):o(s,c,u,h,m,E,T,k,p,y,g,hl,No,Er,Xf,Zf)}function kr(e,t){let o=0,n=0,s=$e(e.bands,br);for(let l=0;l<s.length;l++){let r=s[l];r.series[0]==
 t?o=r.dir:r.series[1]==t&&(r.dir==1?n|=1:n|=2)}return[o,n==1?-1:n==2?1:n==3?2:0]}function xw(e,t,o,n,s){let l=e.mode,r=e.series[t],a=l==2?r.facets[1].scale:r.scale,
-c=e.scales[a];return s==-1?c.min:s==1?c.max:c.distr==3?c.dir==1?c.min:c.max:0}function hn(e,t,o,n,s,l){return Vn(e,t,(r,a,c,u,h,m,p,w,g,k,x)=>{let T=r.pxRound,S=u.
-dir*(u.ori==0?1:-1),E=u.ori==0?Co:No,v,M;S==1?(v=o,M=n):(v=n,M=o);let L=T(m(a[v],u,k,w)),I=T(p(c[v],h,x,g)),O=T(m(a[M],u,k,w)),J=T(p(l==1?h.max:h.min,h,x,g)),_=new Path2D(
-s);return E(_,O,J),E(_,L,J),E(_,L,I),_})}function fl(e,t,o,n,s,l){let r=null;if(e.length>0){r=new Path2D;let a=t==0?dl:Er,c=o;for(let m=0;m<e.length;m++){let p=e[m];
-if(p[1]>p[0]){let w=p[0]-c;w>0&&a(r,c,n,w,n+l),c=p[1]}}let u=o+s-c,h=10;u>0&&a(r,c,n-h/2,u,n+l+h)}return r}function kw(e,t,o){let n=e[e.length-1];n&&n[0]==t?n[1]=
+c=e.scales[a];return s==-1?c.min:s==1?c.max:c.distr==3?c.dir==1?c.min:c.max:0}function hn(e,t,o,n,s,l){return Vn(e,t,(r,a,c,u,h,m,p,k,g,y,T)=>{let E=r.pxRound,w=u.
+dir*(u.ori==0?1:-1),S=u.ori==0?Co:No,x,M;w==1?(x=o,M=n):(x=n,M=o);let L=E(m(a[x],u,y,k)),I=E(p(c[x],h,T,g)),O=E(m(a[M],u,y,k)),Y=E(p(l==1?h.max:h.min,h,T,g)),_=new Path2D(
+s);return S(_,O,Y),S(_,L,Y),S(_,L,I),_})}function fl(e,t,o,n,s,l){let r=null;if(e.length>0){r=new Path2D;let a=t==0?dl:Er,c=o;for(let m=0;m<e.length;m++){let p=e[m];
+if(p[1]>p[0]){let k=p[0]-c;k>0&&a(r,c,n,k,n+l),c=p[1]}}let u=o+s-c,h=10;u>0&&a(r,c,n-h/2,u,n+l+h)}return r}function kw(e,t,o){let n=e[e.length-1];n&&n[0]==t?n[1]=
 o:e.push([t,o])}function Sr(e,t,o,n,s,l,r){let a=[],c=e.length;for(let u=s==1?o:n;u>=o&&u<=n;u+=s)if(t[u]===null){let m=u,p=u;if(s==1)for(;++u<=n&&t[u]===null;)
-p=u;else for(;--u>=o&&t[u]===null;)p=u;let w=l(e[m]),g=p==m?w:l(e[p]),k=m-s;w=r<=0&&k>=0&&k<c?l(e[k]):w;let T=p+s;g=r>=0&&T>=0&&T<c?l(e[T]):g,g>=w&&a.push([w,g])}
+p=u;else for(;--u>=o&&t[u]===null;)p=u;let k=l(e[m]),g=p==m?k:l(e[p]),y=m-s;k=r<=0&&y>=0&&y<c?l(e[y]):k;let E=p+s;g=r>=0&&E>=0&&E<c?l(e[E]):g,g>=k&&a.push([k,g])}
 return a}function df(e){return e==0?Ef:e==1?et:t=>Bn(t,e)}function Kf(e){let t=e==0?pl:hl,o=e==0?(s,l,r,a,c,u)=>{s.arcTo(l,r,a,c,u)}:(s,l,r,a,c,u)=>{s.arcTo(r,l,
 c,a,u)},n=e==0?(s,l,r,a,c)=>{s.rect(l,r,a,c)}:(s,l,r,a,c)=>{s.rect(r,l,c,a)};return(s,l,r,a,c,u=0,h=0)=>{u==0&&h==0?n(s,l,r,a,c):(u=Zt(u,a/2,c/2),h=Zt(h,a/2,c/2),
 t(s,l+u,r),o(s,l+a,r,l+a,r+c,u),o(s,l+a,r+c,l,r+c,h),o(s,l,r+c,l,r,h),o(s,l,r,l+a,r,u),s.closePath())}}var pl=(e,t,o)=>{e.moveTo(t,o)},hl=(e,t,o)=>{e.moveTo(o,t)},
 Co=(e,t,o)=>{e.lineTo(t,o)},No=(e,t,o)=>{e.lineTo(o,t)},dl=Kf(0),Er=Kf(1),Yf=(e,t,o,n,s,l)=>{e.arc(t,o,n,s,l)},Xf=(e,t,o,n,s,l)=>{e.arc(o,t,n,s,l)},Jf=(e,t,o,n,s,l,r)=>{
-e.bezierCurveTo(t,o,n,s,l,r)},Zf=(e,t,o,n,s,l,r)=>{e.bezierCurveTo(o,t,s,n,r,l)};function Qf(e){return(t,o,n,s,l)=>Vn(t,o,(r,a,c,u,h,m,p,w,g,k,x)=>{let{pxRound:T,
-points:S}=r,E,v;u.ori==0?(E=pl,v=Yf):(E=hl,v=Xf);let M=Re(S.width*Le,3),L=(S.size-S.width)/2*Le,I=Re(L*2,3),O=new Path2D,J=new Path2D,{left:_,top:C,width:N,height:D}=t.
-bbox;dl(J,_-I,C-I,N+I*2,D+I*2);let V=z=>{if(c[z]!=null){let oe=T(m(a[z],u,k,w)),Q=T(p(c[z],h,x,g));E(O,oe+L,Q),v(O,oe,Q,L,0,ol*2)}};if(l)l.forEach(V);else for(let z=n;z<=
-s;z++)V(z);return{stroke:M>0?O:null,fill:O,clip:J,flags:_o|ar}})}function ep(e){return(t,o,n,s,l,r)=>{n!=s&&(l!=n&&r!=n&&e(t,o,n),l!=s&&r!=s&&e(t,o,s),e(t,o,r))}}
-var Sw=ep(Co),Ew=ep(No);function tp(e){let t=$e(e?.alignGaps,0);return(o,n,s,l)=>Vn(o,n,(r,a,c,u,h,m,p,w,g,k,x)=>{[s,l]=rl(c,s,l);let T=r.pxRound,S=D=>T(m(D,u,k,
-w)),E=D=>T(p(D,h,x,g)),v,M;u.ori==0?(v=Co,M=Sw):(v=No,M=Ew);let L=u.dir*(u.ori==0?1:-1),I={stroke:new Path2D,fill:null,clip:null,band:null,gaps:null,flags:_o},O=I.
-stroke,J=!1;if(l-s>=k*4){let D=U=>o.posToVal(U,u.key,!0),V=null,z=null,oe,Q,R,W=S(a[L==1?s:l]),j=S(a[s]),te=S(a[l]),Y=D(L==1?j+1:te-1);for(let U=L==1?s:l;U>=s&&
-U<=l;U+=L){let ae=a[U],B=(L==1?ae<Y:ae>Y)?W:S(ae),ee=c[U];B==W?ee!=null?(Q=ee,V==null?(v(O,B,E(Q)),oe=V=z=Q):Q<V?V=Q:Q>z&&(z=Q)):ee===null&&(J=!0):(V!=null&&M(O,
-W,E(V),E(z),E(oe),E(Q)),ee!=null?(Q=ee,v(O,B,E(Q)),V=z=oe=Q):(V=z=null,ee===null&&(J=!0)),W=B,Y=D(W+L))}V!=null&&V!=z&&R!=W&&M(O,W,E(V),E(z),E(oe),E(Q))}else for(let D=L==
-1?s:l;D>=s&&D<=l;D+=L){let V=c[D];V===null?J=!0:V!=null&&v(O,S(a[D]),E(V))}let[C,N]=kr(o,n);if(r.fill!=null||C!=0){let D=I.fill=new Path2D(O),V=r.fillTo(o,n,r.min,
-r.max,C),z=E(V),oe=S(a[s]),Q=S(a[l]);L==-1&&([Q,oe]=[oe,Q]),v(D,Q,z),v(D,oe,z)}if(!r.spanGaps){let D=[];J&&D.push(...Sr(a,c,s,l,L,S,t)),I.gaps=D=r.gaps(o,n,s,l,
-D),I.clip=fl(D,u.ori,w,g,k,x)}return N!=0&&(I.band=N==2?[hn(o,n,s,l,O,-1),hn(o,n,s,l,O,1)]:hn(o,n,s,l,O,N)),I})}function Tw(e){let t=$e(e.align,1),o=$e(e.ascDesc,
-!1),n=$e(e.alignGaps,0),s=$e(e.extend,!1);return(l,r,a,c)=>Vn(l,r,(u,h,m,p,w,g,k,x,T,S,E)=>{[a,c]=rl(m,a,c);let v=u.pxRound,{left:M,width:L}=l.bbox,I=j=>v(g(j,p,
-S,x)),O=j=>v(k(j,w,E,T)),J=p.ori==0?Co:No,_={stroke:new Path2D,fill:null,clip:null,band:null,gaps:null,flags:_o},C=_.stroke,N=p.dir*(p.ori==0?1:-1),D=O(m[N==1?a:
-c]),V=I(h[N==1?a:c]),z=V,oe=V;s&&t==-1&&(oe=M,J(C,oe,D)),J(C,V,D);for(let j=N==1?a:c;j>=a&&j<=c;j+=N){let te=m[j];if(te==null)continue;let Y=I(h[j]),U=O(te);t==
-1?J(C,Y,D):J(C,z,U),J(C,Y,U),D=U,z=Y}let Q=z;s&&t==1&&(Q=M+L,J(C,Q,D));let[R,W]=kr(l,r);if(u.fill!=null||R!=0){let j=_.fill=new Path2D(C),te=u.fillTo(l,r,u.min,
-u.max,R),Y=O(te);J(j,Q,Y),J(j,oe,Y)}if(!u.spanGaps){let j=[];j.push(...Sr(h,m,a,c,N,I,n));let te=u.width*Le/2,Y=o||t==1?te:-te,U=o||t==-1?-te:te;j.forEach(ae=>{
-ae[0]+=Y,ae[1]+=U}),_.gaps=j=u.gaps(l,r,a,c,j),_.clip=fl(j,p.ori,x,T,S,E)}return W!=0&&(_.band=W==2?[hn(l,r,a,c,C,-1),hn(l,r,a,c,C,1)]:hn(l,r,a,c,C,W)),_})}function mf(e,t,o,n,s,l,r=Pe){
+e.bezierCurveTo(t,o,n,s,l,r)},Zf=(e,t,o,n,s,l,r)=>{e.bezierCurveTo(o,t,s,n,r,l)};function Qf(e){return(t,o,n,s,l)=>Vn(t,o,(r,a,c,u,h,m,p,k,g,y,T)=>{let{pxRound:E,
+points:w}=r,S,x;u.ori==0?(S=pl,x=Yf):(S=hl,x=Xf);let M=Re(w.width*Le,3),L=(w.size-w.width)/2*Le,I=Re(L*2,3),O=new Path2D,Y=new Path2D,{left:_,top:C,width:N,height:D}=t.
+bbox;dl(Y,_-I,C-I,N+I*2,D+I*2);let V=z=>{if(c[z]!=null){let oe=E(m(a[z],u,y,k)),Q=E(p(c[z],h,T,g));S(O,oe+L,Q),x(O,oe,Q,L,0,ol*2)}};if(l)l.forEach(V);else for(let z=n;z<=
+s;z++)V(z);return{stroke:M>0?O:null,fill:O,clip:Y,flags:_o|ar}})}function ep(e){return(t,o,n,s,l,r)=>{n!=s&&(l!=n&&r!=n&&e(t,o,n),l!=s&&r!=s&&e(t,o,s),e(t,o,r))}}
+var Sw=ep(Co),Ew=ep(No);function tp(e){let t=$e(e?.alignGaps,0);return(o,n,s,l)=>Vn(o,n,(r,a,c,u,h,m,p,k,g,y,T)=>{[s,l]=rl(c,s,l);let E=r.pxRound,w=D=>E(m(D,u,y,
+k)),S=D=>E(p(D,h,T,g)),x,M;u.ori==0?(x=Co,M=Sw):(x=No,M=Ew);let L=u.dir*(u.ori==0?1:-1),I={stroke:new Path2D,fill:null,clip:null,band:null,gaps:null,flags:_o},O=I.
+stroke,Y=!1;if(l-s>=y*4){let D=U=>o.posToVal(U,u.key,!0),V=null,z=null,oe,Q,R,W=w(a[L==1?s:l]),j=w(a[s]),te=w(a[l]),X=D(L==1?j+1:te-1);for(let U=L==1?s:l;U>=s&&
+U<=l;U+=L){let ae=a[U],B=(L==1?ae<X:ae>X)?W:w(ae),ee=c[U];B==W?ee!=null?(Q=ee,V==null?(x(O,B,S(Q)),oe=V=z=Q):Q<V?V=Q:Q>z&&(z=Q)):ee===null&&(Y=!0):(V!=null&&M(O,
+W,S(V),S(z),S(oe),S(Q)),ee!=null?(Q=ee,x(O,B,S(Q)),V=z=oe=Q):(V=z=null,ee===null&&(Y=!0)),W=B,X=D(W+L))}V!=null&&V!=z&&R!=W&&M(O,W,S(V),S(z),S(oe),S(Q))}else for(let D=L==
+1?s:l;D>=s&&D<=l;D+=L){let V=c[D];V===null?Y=!0:V!=null&&x(O,w(a[D]),S(V))}let[C,N]=kr(o,n);if(r.fill!=null||C!=0){let D=I.fill=new Path2D(O),V=r.fillTo(o,n,r.min,
+r.max,C),z=S(V),oe=w(a[s]),Q=w(a[l]);L==-1&&([Q,oe]=[oe,Q]),x(D,Q,z),x(D,oe,z)}if(!r.spanGaps){let D=[];Y&&D.push(...Sr(a,c,s,l,L,w,t)),I.gaps=D=r.gaps(o,n,s,l,
+D),I.clip=fl(D,u.ori,k,g,y,T)}return N!=0&&(I.band=N==2?[hn(o,n,s,l,O,-1),hn(o,n,s,l,O,1)]:hn(o,n,s,l,O,N)),I})}function Tw(e){let t=$e(e.align,1),o=$e(e.ascDesc,
+!1),n=$e(e.alignGaps,0),s=$e(e.extend,!1);return(l,r,a,c)=>Vn(l,r,(u,h,m,p,k,g,y,T,E,w,S)=>{[a,c]=rl(m,a,c);let x=u.pxRound,{left:M,width:L}=l.bbox,I=j=>x(g(j,p,
+w,T)),O=j=>x(y(j,k,S,E)),Y=p.ori==0?Co:No,_={stroke:new Path2D,fill:null,clip:null,band:null,gaps:null,flags:_o},C=_.stroke,N=p.dir*(p.ori==0?1:-1),D=O(m[N==1?a:
+c]),V=I(h[N==1?a:c]),z=V,oe=V;s&&t==-1&&(oe=M,Y(C,oe,D)),Y(C,V,D);for(let j=N==1?a:c;j>=a&&j<=c;j+=N){let te=m[j];if(te==null)continue;let X=I(h[j]),U=O(te);t==
+1?Y(C,X,D):Y(C,z,U),Y(C,X,U),D=U,z=X}let Q=z;s&&t==1&&(Q=M+L,Y(C,Q,D));let[R,W]=kr(l,r);if(u.fill!=null||R!=0){let j=_.fill=new Path2D(C),te=u.fillTo(l,r,u.min,
+u.max,R),X=O(te);Y(j,Q,X),Y(j,oe,X)}if(!u.spanGaps){let j=[];j.push(...Sr(h,m,a,c,N,I,n));let te=u.width*Le/2,X=o||t==1?te:-te,U=o||t==-1?-te:te;j.forEach(ae=>{
+ae[0]+=X,ae[1]+=U}),_.gaps=j=u.gaps(l,r,a,c,j),_.clip=fl(j,p.ori,T,E,w,S)}return W!=0&&(_.band=W==2?[hn(l,r,a,c,C,-1),hn(l,r,a,c,C,1)]:hn(l,r,a,c,C,W)),_})}function mf(e,t,o,n,s,l,r=Pe){
 if(e.length>1){let a=null;for(let c=0,u=1/0;c<e.length;c++)if(t[c]!==void 0){if(a!=null){let h=tt(e[c]-e[a]);h<u&&(u=h,r=tt(o(e[c],n,s,l)-o(e[a],n,s,l)))}a=c}}return r}
 function $w(e){e=e||rs;let t=$e(e.size,[.6,Pe,1]),o=e.align||0,n=e.gap||0,s=e.radius;s=s==null?[0,0]:typeof s=="number"?[s,0]:s;let l=ve(s),r=1-t[0],a=$e(t[1],Pe),
-c=$e(t[2],1),u=$e(e.disp,rs),h=$e(e.each,w=>{}),{fill:m,stroke:p}=u;return(w,g,k,x)=>Vn(w,g,(T,S,E,v,M,L,I,O,J,_,C)=>{let N=T.pxRound,D=o,V=n*Le,z=a*Le,oe=c*Le,
-Q,R;v.ori==0?[Q,R]=l(w,g):[R,Q]=l(w,g);let W=v.dir*(v.ori==0?1:-1),j=v.ori==0?dl:Er,te=v.ori==0?h:(ne,_e,je,Un,Tn,Qt,$n)=>{h(ne,_e,je,Tn,Un,$n,Qt)},Y=$e(w.bands,
-br).find(ne=>ne.series[0]==g),U=Y!=null?Y.dir:0,ae=T.fillTo(w,g,T.min,T.max,U),be=N(I(ae,M,C,J)),B,ee,re,me=_,xe=N(T.width*Le),Ye=!1,De=null,Ge=null,H=null,ce=null;
-m!=null&&(xe==0||p!=null)&&(Ye=!0,De=m.values(w,g,k,x),Ge=new Map,new Set(De).forEach(ne=>{ne!=null&&Ge.set(ne,new Path2D)}),xe>0&&(H=p.values(w,g,k,x),ce=new Map,
-new Set(H).forEach(ne=>{ne!=null&&ce.set(ne,new Path2D)})));let{x0:ye,size:We}=u;if(ye!=null&&We!=null){D=1,S=ye.values(w,g,k,x),ye.unit==2&&(S=S.map(je=>w.posToVal(
-O+je*_,v.key,!0)));let ne=We.values(w,g,k,x);We.unit==2?ee=ne[0]*_:ee=L(ne[0],v,_,O)-L(0,v,_,O),me=mf(S,E,L,v,_,O,me),re=me-ee+V}else me=mf(S,E,L,v,_,O,me),re=me*
+c=$e(t[2],1),u=$e(e.disp,rs),h=$e(e.each,k=>{}),{fill:m,stroke:p}=u;return(k,g,y,T)=>Vn(k,g,(E,w,S,x,M,L,I,O,Y,_,C)=>{let N=E.pxRound,D=o,V=n*Le,z=a*Le,oe=c*Le,
+Q,R;x.ori==0?[Q,R]=l(k,g):[R,Q]=l(k,g);let W=x.dir*(x.ori==0?1:-1),j=x.ori==0?dl:Er,te=x.ori==0?h:(ne,_e,je,Un,Tn,Qt,$n)=>{h(ne,_e,je,Tn,Un,$n,Qt)},X=$e(k.bands,
+br).find(ne=>ne.series[0]==g),U=X!=null?X.dir:0,ae=E.fillTo(k,g,E.min,E.max,U),be=N(I(ae,M,C,Y)),B,ee,re,me=_,xe=N(E.width*Le),Ye=!1,De=null,Ge=null,H=null,ce=null;
+m!=null&&(xe==0||p!=null)&&(Ye=!0,De=m.values(k,g,y,T),Ge=new Map,new Set(De).forEach(ne=>{ne!=null&&Ge.set(ne,new Path2D)}),xe>0&&(H=p.values(k,g,y,T),ce=new Map,
+new Set(H).forEach(ne=>{ne!=null&&ce.set(ne,new Path2D)})));let{x0:ye,size:We}=u;if(ye!=null&&We!=null){D=1,w=ye.values(k,g,y,T),ye.unit==2&&(w=w.map(je=>k.posToVal(
+O+je*_,x.key,!0)));let ne=We.values(k,g,y,T);We.unit==2?ee=ne[0]*_:ee=L(ne[0],x,_,O)-L(0,x,_,O),me=mf(w,S,L,x,_,O,me),re=me-ee+V}else me=mf(w,S,L,x,_,O,me),re=me*
 r+V,ee=me-re;re<1&&(re=0),xe>=ee/2&&(xe=0),re<5&&(N=Ef);let Ae=re>0,Ve=me-re-(Ae?xe:0);ee=N(lr(Ve,oe,z)),B=(D==0?ee/2:D==W?0:ee)-D*W*((D==0?V/2:0)+(Ae?xe/2:0));
-let Xe={stroke:null,fill:null,clip:null,band:null,gaps:null,flags:0},Pt=Ye?null:new Path2D,Rt=null;if(Y!=null)Rt=w.data[Y.series[1]];else{let{y0:ne,y1:_e}=u;ne!=
-null&&_e!=null&&(E=_e.values(w,g,k,x),Rt=ne.values(w,g,k,x))}let q=Q*ee,Z=R*ee;for(let ne=W==1?k:x;ne>=k&&ne<=x;ne+=W){let _e=E[ne];if(_e==null)continue;if(Rt!=
-null){let Et=Rt[ne]??0;if(_e-Et==0)continue;be=I(Et,M,C,J)}let je=v.distr!=2||u!=null?S[ne]:ne,Un=L(je,v,_,O),Tn=I($e(_e,ae),M,C,J),Qt=N(Un-B),$n=N(kt(Tn,be)),Mt=N(
+let Xe={stroke:null,fill:null,clip:null,band:null,gaps:null,flags:0},Pt=Ye?null:new Path2D,Rt=null;if(X!=null)Rt=k.data[X.series[1]];else{let{y0:ne,y1:_e}=u;ne!=
+null&&_e!=null&&(S=_e.values(k,g,y,T),Rt=ne.values(k,g,y,T))}let q=Q*ee,Z=R*ee;for(let ne=W==1?y:T;ne>=y&&ne<=T;ne+=W){let _e=S[ne];if(_e==null)continue;if(Rt!=
+null){let Et=Rt[ne]??0;if(_e-Et==0)continue;be=I(Et,M,C,Y)}let je=x.distr!=2||u!=null?w[ne]:ne,Un=L(je,x,_,O),Tn=I($e(_e,ae),M,C,Y),Qt=N(Un-B),$n=N(kt(Tn,be)),Mt=N(
 Zt(Tn,be)),Dt=$n-Mt;if(_e!=null){let Et=_e<0?Z:q,Gt=_e<0?q:Z;Ye?(xe>0&&H[ne]!=null&&j(ce.get(H[ne]),Qt,Mt+Ct(xe/2),ee,kt(0,Dt-xe),Et,Gt),De[ne]!=null&&j(Ge.get(
-De[ne]),Qt,Mt+Ct(xe/2),ee,kt(0,Dt-xe),Et,Gt)):j(Pt,Qt,Mt+Ct(xe/2),ee,kt(0,Dt-xe),Et,Gt),te(w,g,ne,Qt-xe/2,Mt,ee+xe,Dt)}}return xe>0?Xe.stroke=Ye?ce:Pt:Ye||(Xe._fill=
-T.width==0?T._fill:T._stroke??T._fill,Xe.width=0),Xe.fill=Ye?Ge:Pt,Xe})}function Mw(e,t){let o=$e(t?.alignGaps,0);return(n,s,l,r)=>Vn(n,s,(a,c,u,h,m,p,w,g,k,x,T)=>{
-[l,r]=rl(u,l,r);let S=a.pxRound,E=Q=>S(p(Q,h,x,g)),v=Q=>S(w(Q,m,T,k)),M,L,I;h.ori==0?(M=pl,I=Co,L=Jf):(M=hl,I=No,L=Zf);let O=h.dir*(h.ori==0?1:-1),J=E(c[O==1?l:
-r]),_=J,C=[],N=[];for(let Q=O==1?l:r;Q>=l&&Q<=r;Q+=O)if(u[Q]!=null){let W=c[Q],j=E(W);C.push(_=j),N.push(v(u[Q]))}let D={stroke:e(C,N,M,I,L,S),fill:null,clip:null,
-band:null,gaps:null,flags:_o},V=D.stroke,[z,oe]=kr(n,s);if(a.fill!=null||z!=0){let Q=D.fill=new Path2D(V),R=a.fillTo(n,s,a.min,a.max,z),W=v(R);I(Q,_,W),I(Q,J,W)}
-if(!a.spanGaps){let Q=[];Q.push(...Sr(c,u,l,r,O,E,o)),D.gaps=Q=a.gaps(n,s,l,r,Q),D.clip=fl(Q,h.ori,g,k,x,T)}return oe!=0&&(D.band=oe==2?[hn(n,s,l,r,V,-1),hn(n,s,
+De[ne]),Qt,Mt+Ct(xe/2),ee,kt(0,Dt-xe),Et,Gt)):j(Pt,Qt,Mt+Ct(xe/2),ee,kt(0,Dt-xe),Et,Gt),te(k,g,ne,Qt-xe/2,Mt,ee+xe,Dt)}}return xe>0?Xe.stroke=Ye?ce:Pt:Ye||(Xe._fill=
+E.width==0?E._fill:E._stroke??E._fill,Xe.width=0),Xe.fill=Ye?Ge:Pt,Xe})}function Mw(e,t){let o=$e(t?.alignGaps,0);return(n,s,l,r)=>Vn(n,s,(a,c,u,h,m,p,k,g,y,T,E)=>{
+[l,r]=rl(u,l,r);let w=a.pxRound,S=Q=>w(p(Q,h,T,g)),x=Q=>w(k(Q,m,E,y)),M,L,I;h.ori==0?(M=pl,I=Co,L=Jf):(M=hl,I=No,L=Zf);let O=h.dir*(h.ori==0?1:-1),Y=S(c[O==1?l:
+r]),_=Y,C=[],N=[];for(let Q=O==1?l:r;Q>=l&&Q<=r;Q+=O)if(u[Q]!=null){let W=c[Q],j=S(W);C.push(_=j),N.push(x(u[Q]))}let D={stroke:e(C,N,M,I,L,w),fill:null,clip:null,
+band:null,gaps:null,flags:_o},V=D.stroke,[z,oe]=kr(n,s);if(a.fill!=null||z!=0){let Q=D.fill=new Path2D(V),R=a.fillTo(n,s,a.min,a.max,z),W=x(R);I(Q,_,W),I(Q,Y,W)}
+if(!a.spanGaps){let Q=[];Q.push(...Sr(c,u,l,r,O,S,o)),D.gaps=Q=a.gaps(n,s,l,r,Q),D.clip=fl(Q,h.ori,g,y,T,E)}return oe!=0&&(D.band=oe==2?[hn(n,s,l,r,V,-1),hn(n,s,
 l,r,V,1)]:hn(n,s,l,r,V,oe)),D})}function Lw(e){return Mw(Aw,e)}function Aw(e,t,o,n,s,l){let r=e.length;if(r<2)return null;let a=new Path2D;if(o(a,e[0],t[0]),r==
 2)n(a,e[1],t[1]);else{let c=Array(r),u=Array(r-1),h=Array(r-1),m=Array(r-1);for(let p=0;p<r-1;p++)h[p]=t[p+1]-t[p],m[p]=e[p+1]-e[p],u[p]=h[p]/m[p];c[0]=u[0];for(let p=1;p<
 r-1;p++)u[p]===0||u[p-1]===0||u[p-1]>0!=u[p]>0?c[p]=0:(c[p]=3*(m[p-1]+m[p])/((2*m[p]+m[p-1])/u[p-1]+(m[p]+2*m[p-1])/u[p]),isFinite(c[p])||(c[p]=0));c[r-1]=u[r-2];
@@ -800,174 +801,174 @@ return t==null?Lo:[t,o]}var Nw=np;function Pw(e,t,o){return t==null?Lo:ll(t,o,mr
 function sp(e,t,o,n){return t==null?Lo:dr(t,o,e.scales[n].log,!1)}var Dw=sp;function Iw(e,t,o,n,s){let l=kt(Ku(e),Ku(t)),r=t-e,a=Jt(s/n*r,o);do{let c=o[a],u=n*c/
 r;if(u>=s&&l+(c<5?En.get(c):0)<=17)return[c,u]}while(++a<o.length);return[0,0]}function wf(e){let t,o;return e=e.replace(/(\d+)px/,(n,s)=>(t=et((o=+s)*Le))+"px"),
 [e,t,o]}function Fw(e){e.show&&[e.font,e.labelFont].forEach(t=>{let o=Re(t[2]*Le,1);t[0]=t[0].replace(/[0-9.]+px/,o+"px"),t[1]=o})}function ct(e,t,o){let n={mode:$e(
-e.mode,1)},s=n.mode;function l(f,d,b,y){let $=d.valToPct(f);return y+b*(d.dir==-1?1-$:$)}function r(f,d,b,y){let $=d.valToPct(f);return y+b*(d.dir==-1?$:1-$)}function a(f,d,b,y){
-return d.ori==0?l(f,d,b,y):r(f,d,b,y)}n.valToPosH=l,n.valToPosV=r;let c=!1;n.status=0;let u=n.root=Wt(Gg);if(e.id!=null&&(u.id=e.id),Ot(u,e.class),e.title){let f=Wt(
-Kg,u);f.textContent=e.title}let h=Xt("canvas"),m=n.ctx=h.getContext("2d"),p=Wt(Yg,u);Hn("click",p,f=>{f.target===g&&(Ie!=oo||He!=so)&&ft.click(n,f)},!0);let w=n.
-under=Wt(Xg,p);p.appendChild(h);let g=n.over=Wt(Jg,p);e=Ao(e);let k=+$e(e.pxAlign,1),x=df(k);(e.plugins||[]).forEach(f=>{f.opts&&(e=f.opts(n,e)||e)});let T=e.ms||
-.001,S=n.series=s==1?bf(e.series||[],rf,pf,!1):Cw(e.series||[null],ff),E=n.axes=bf(e.axes||[],lf,cf,!0),v=n.scales={},M=n.bands=e.bands||[];M.forEach(f=>{f.fill=
-ve(f.fill||null),f.dir=$e(f.dir,-1)});let L=s==2?S[1].facets[0].scale:S[0].scale,I={axes:uh,series:lh},O=(e.drawOrder||["axes","series"]).map(f=>I[f]);function J(f){
-let d=f.distr==3?b=>pn(b>0?b:f.clamp(n,b,f.min,f.max,f.key)):f.distr==4?b=>Ji(b,f.asinh):f.distr==100?b=>f.fwd(b):b=>b;return b=>{let y=d(b),{_min:$,_max:A}=f,F=A-
-$;return(y-$)/F}}function _(f){let d=v[f];if(d==null){let b=(e.scales||rs)[f]||rs;if(b.from!=null){_(b.from);let y=Qe({},v[b.from],b,{key:f});y.valToPct=J(y),v[f]=
-y}else{d=v[f]=Qe({},f==L?Uf:vw,b),d.key=f;let y=d.time,$=d.range,A=Sn($);if((f!=L||s==2&&!y)&&(A&&($[0]==null||$[1]==null)&&($={min:$[0]==null?Gu:{mode:1,hard:$[0],
-soft:$[0]},max:$[1]==null?Gu:{mode:1,hard:$[1],soft:$[1]}},A=!1),!A&&ul($))){let F=$;$=(G,X,se)=>X==null?Lo:ll(X,se,F)}d.range=ve($||(y?Nw:f==L?d.distr==3?Rw:d.
-distr==4?Dw:np:d.distr==3?op:d.distr==4?sp:Pw)),d.auto=ve(A?!1:d.auto),d.clamp=ve(d.clamp||yw),d._min=d._max=null,d.valToPct=J(d)}}}_("x"),_("y"),s==1&&S.forEach(
-f=>{_(f.scale)}),E.forEach(f=>{_(f.scale)});for(let f in e.scales)_(f);let C=v[L],N=C.distr,D,V;C.ori==0?(Ot(u,Ug),D=l,V=r):(Ot(u,qg),D=r,V=l);let z={};for(let f in v){
-let d=v[f];(d.min!=null||d.max!=null)&&(z[f]={min:d.min,max:d.max},d.min=d.max=null)}let oe=e.tzDate||(f=>new Date(et(f/T))),Q=e.fmtDate||wr,R=T==1?Ub(oe):Yb(oe),
-W=nf(oe,tf(T==1?Gb:Kb,Q)),j=sf(oe,of(Jb,Q)),te=[],Y=n.legend=Qe({},ew,e.legend),U=n.cursor=Qe({},iw,{drag:{y:s==2}},e.cursor),ae=Y.show,be=U.show,B=Y.markers;Y.
-idxs=te,B.width=ve(B.width),B.dash=ve(B.dash),B.stroke=ve(B.stroke),B.fill=ve(B.fill);let ee,re,me,xe=[],Ye=[],De,Ge=!1,H={};if(Y.live){let f=S[1]?S[1].values:null;
-Ge=f!=null,De=Ge?f(n,1,0):{_:0};for(let d in De)H[d]=pr}if(ae)if(ee=Xt("table",ob,u),me=Xt("tbody",null,ee),Y.mount(n,ee),Ge){re=Xt("thead",null,ee,me);let f=Xt(
-"tr",null,re);Xt("th",null,f);for(var ce in De)Xt("th",Cu,f).textContent=ce}else Ot(ee,lb),Y.live&&Ot(ee,sb);let ye={show:!0},We={show:!1};function Ae(f,d){if(d==
-0&&(Ge||!Y.live||s==2))return Lo;let b=[],y=Xt("tr",ib,me,me.childNodes[d]);Ot(y,f.class),f.show||Ot(y,jn);let $=Xt("th",null,y);if(B.show){let G=Wt(rb,$);if(d>
-0){let X=B.width(n,d);X&&(G.style.border=X+"px "+B.dash(n,d)+" "+B.stroke(n,d)),G.style.background=B.fill(n,d)}}let A=Wt(Cu,$);f.label instanceof HTMLElement?A.
-appendChild(f.label):A.textContent=f.label,d>0&&(B.show||(A.style.color=f.width>0?B.stroke(n,d):B.fill(n,d)),Xe("click",$,G=>{if(U._lock)return;Ln(G);let X=S.indexOf(
-f);if((G.ctrlKey||G.metaKey)!=Y.isolate){let se=S.some((le,ie)=>ie>0&&ie!=X&&le.show);S.forEach((le,ie)=>{ie>0&&tn(ie,se?ie==X?ye:We:ye,!0,Je.setSeries)})}else tn(
-X,{show:!f.show},!0,Je.setSeries)},!1),Kn&&Xe(Du,$,G=>{U._lock||(Ln(G),tn(S.indexOf(f),io,!0,Je.setSeries))},!1));for(var F in De){let G=Xt("td",ab,y);G.textContent=
-"--",b.push(G)}return[y,b]}let Ve=new Map;function Xe(f,d,b,y=!0){let $=Ve.get(d)||{},A=U.bind[f](n,d,b,y);A&&(Hn(f,d,$[f]=A),Ve.set(d,$))}function Pt(f,d,b){let y=Ve.
-get(d)||{};for(let $ in y)(f==null||$==f)&&(sr($,d,y[$]),delete y[$]);f==null&&Ve.delete(d)}let Rt=0,q=0,Z=0,ne=0,_e=0,je=0,Un=_e,Tn=je,Qt=Z,$n=ne,Mt=0,Dt=0,Et=0,
+e.mode,1)},s=n.mode;function l(f,d,b,v){let $=d.valToPct(f);return v+b*(d.dir==-1?1-$:$)}function r(f,d,b,v){let $=d.valToPct(f);return v+b*(d.dir==-1?$:1-$)}function a(f,d,b,v){
+return d.ori==0?l(f,d,b,v):r(f,d,b,v)}n.valToPosH=l,n.valToPosV=r;let c=!1;n.status=0;let u=n.root=Wt(Gg);if(e.id!=null&&(u.id=e.id),Ot(u,e.class),e.title){let f=Wt(
+Kg,u);f.textContent=e.title}let h=Xt("canvas"),m=n.ctx=h.getContext("2d"),p=Wt(Yg,u);Hn("click",p,f=>{f.target===g&&(Ie!=oo||He!=so)&&ft.click(n,f)},!0);let k=n.
+under=Wt(Xg,p);p.appendChild(h);let g=n.over=Wt(Jg,p);e=Ao(e);let y=+$e(e.pxAlign,1),T=df(y);(e.plugins||[]).forEach(f=>{f.opts&&(e=f.opts(n,e)||e)});let E=e.ms||
+.001,w=n.series=s==1?bf(e.series||[],rf,pf,!1):Cw(e.series||[null],ff),S=n.axes=bf(e.axes||[],lf,cf,!0),x=n.scales={},M=n.bands=e.bands||[];M.forEach(f=>{f.fill=
+ve(f.fill||null),f.dir=$e(f.dir,-1)});let L=s==2?w[1].facets[0].scale:w[0].scale,I={axes:uh,series:lh},O=(e.drawOrder||["axes","series"]).map(f=>I[f]);function Y(f){
+let d=f.distr==3?b=>pn(b>0?b:f.clamp(n,b,f.min,f.max,f.key)):f.distr==4?b=>Ji(b,f.asinh):f.distr==100?b=>f.fwd(b):b=>b;return b=>{let v=d(b),{_min:$,_max:A}=f,F=A-
+$;return(v-$)/F}}function _(f){let d=x[f];if(d==null){let b=(e.scales||rs)[f]||rs;if(b.from!=null){_(b.from);let v=Qe({},x[b.from],b,{key:f});v.valToPct=Y(v),x[f]=
+v}else{d=x[f]=Qe({},f==L?Uf:vw,b),d.key=f;let v=d.time,$=d.range,A=Sn($);if((f!=L||s==2&&!v)&&(A&&($[0]==null||$[1]==null)&&($={min:$[0]==null?Gu:{mode:1,hard:$[0],
+soft:$[0]},max:$[1]==null?Gu:{mode:1,hard:$[1],soft:$[1]}},A=!1),!A&&ul($))){let F=$;$=(G,J,se)=>J==null?Lo:ll(J,se,F)}d.range=ve($||(v?Nw:f==L?d.distr==3?Rw:d.
+distr==4?Dw:np:d.distr==3?op:d.distr==4?sp:Pw)),d.auto=ve(A?!1:d.auto),d.clamp=ve(d.clamp||yw),d._min=d._max=null,d.valToPct=Y(d)}}}_("x"),_("y"),s==1&&w.forEach(
+f=>{_(f.scale)}),S.forEach(f=>{_(f.scale)});for(let f in e.scales)_(f);let C=x[L],N=C.distr,D,V;C.ori==0?(Ot(u,Ug),D=l,V=r):(Ot(u,qg),D=r,V=l);let z={};for(let f in x){
+let d=x[f];(d.min!=null||d.max!=null)&&(z[f]={min:d.min,max:d.max},d.min=d.max=null)}let oe=e.tzDate||(f=>new Date(et(f/E))),Q=e.fmtDate||wr,R=E==1?Ub(oe):Yb(oe),
+W=nf(oe,tf(E==1?Gb:Kb,Q)),j=sf(oe,of(Jb,Q)),te=[],X=n.legend=Qe({},ew,e.legend),U=n.cursor=Qe({},iw,{drag:{y:s==2}},e.cursor),ae=X.show,be=U.show,B=X.markers;X.
+idxs=te,B.width=ve(B.width),B.dash=ve(B.dash),B.stroke=ve(B.stroke),B.fill=ve(B.fill);let ee,re,me,xe=[],Ye=[],De,Ge=!1,H={};if(X.live){let f=w[1]?w[1].values:null;
+Ge=f!=null,De=Ge?f(n,1,0):{_:0};for(let d in De)H[d]=pr}if(ae)if(ee=Xt("table",ob,u),me=Xt("tbody",null,ee),X.mount(n,ee),Ge){re=Xt("thead",null,ee,me);let f=Xt(
+"tr",null,re);Xt("th",null,f);for(var ce in De)Xt("th",Cu,f).textContent=ce}else Ot(ee,lb),X.live&&Ot(ee,sb);let ye={show:!0},We={show:!1};function Ae(f,d){if(d==
+0&&(Ge||!X.live||s==2))return Lo;let b=[],v=Xt("tr",ib,me,me.childNodes[d]);Ot(v,f.class),f.show||Ot(v,jn);let $=Xt("th",null,v);if(B.show){let G=Wt(rb,$);if(d>
+0){let J=B.width(n,d);J&&(G.style.border=J+"px "+B.dash(n,d)+" "+B.stroke(n,d)),G.style.background=B.fill(n,d)}}let A=Wt(Cu,$);f.label instanceof HTMLElement?A.
+appendChild(f.label):A.textContent=f.label,d>0&&(B.show||(A.style.color=f.width>0?B.stroke(n,d):B.fill(n,d)),Xe("click",$,G=>{if(U._lock)return;Ln(G);let J=w.indexOf(
+f);if((G.ctrlKey||G.metaKey)!=X.isolate){let se=w.some((le,ie)=>ie>0&&ie!=J&&le.show);w.forEach((le,ie)=>{ie>0&&tn(ie,se?ie==J?ye:We:ye,!0,Je.setSeries)})}else tn(
+J,{show:!f.show},!0,Je.setSeries)},!1),Kn&&Xe(Du,$,G=>{U._lock||(Ln(G),tn(w.indexOf(f),io,!0,Je.setSeries))},!1));for(var F in De){let G=Xt("td",ab,v);G.textContent=
+"--",b.push(G)}return[v,b]}let Ve=new Map;function Xe(f,d,b,v=!0){let $=Ve.get(d)||{},A=U.bind[f](n,d,b,v);A&&(Hn(f,d,$[f]=A),Ve.set(d,$))}function Pt(f,d,b){let v=Ve.
+get(d)||{};for(let $ in v)(f==null||$==f)&&(sr($,d,v[$]),delete v[$]);f==null&&Ve.delete(d)}let Rt=0,q=0,Z=0,ne=0,_e=0,je=0,Un=_e,Tn=je,Qt=Z,$n=ne,Mt=0,Dt=0,Et=0,
 Gt=0;n.bbox={};let $l=!1,ms=!1,qn=!1,Mn=!1,gs=!1,It=!1;function Ml(f,d,b){(b||f!=n.width||d!=n.height)&&Wr(f,d),Qn(!1),qn=!0,ms=!0,eo()}function Wr(f,d){n.width=
 Rt=Z=f,n.height=q=ne=d,_e=je=0,Zp(),Qp();let b=n.bbox;Mt=b.left=Bn(_e*Le,.5),Dt=b.top=Bn(je*Le,.5),Et=b.width=Bn(Z*Le,.5),Gt=b.height=Bn(ne*Le,.5)}let Yp=3;function Xp(){
-let f=!1,d=0;for(;!f;){d++;let b=ah(d),y=ch(d);f=d==Yp||b&&y,f||(Wr(n.width,n.height),ms=!0)}}function Jp({width:f,height:d}){Ml(f,d)}n.setSize=Jp;function Zp(){
-let f=!1,d=!1,b=!1,y=!1;E.forEach(($,A)=>{if($.show&&$._show){let{side:F,_size:G}=$,X=F%2,se=$.label!=null?$.labelSize:0,le=G+se;le>0&&(X?(Z-=le,F==3?(_e+=le,y=
-!0):b=!0):(ne-=le,F==0?(je+=le,f=!0):d=!0))}}),An[0]=f,An[1]=b,An[2]=d,An[3]=y,Z-=dn[1]+dn[3],_e+=dn[3],ne-=dn[2]+dn[0],je+=dn[0]}function Qp(){let f=_e+Z,d=je+
-ne,b=_e,y=je;function $(A,F){switch(A){case 1:return f+=F,f-F;case 2:return d+=F,d-F;case 3:return b-=F,b+F;case 0:return y-=F,y+F}}E.forEach((A,F)=>{if(A.show&&
+let f=!1,d=0;for(;!f;){d++;let b=ah(d),v=ch(d);f=d==Yp||b&&v,f||(Wr(n.width,n.height),ms=!0)}}function Jp({width:f,height:d}){Ml(f,d)}n.setSize=Jp;function Zp(){
+let f=!1,d=!1,b=!1,v=!1;S.forEach(($,A)=>{if($.show&&$._show){let{side:F,_size:G}=$,J=F%2,se=$.label!=null?$.labelSize:0,le=G+se;le>0&&(J?(Z-=le,F==3?(_e+=le,v=
+!0):b=!0):(ne-=le,F==0?(je+=le,f=!0):d=!0))}}),An[0]=f,An[1]=b,An[2]=d,An[3]=v,Z-=dn[1]+dn[3],_e+=dn[3],ne-=dn[2]+dn[0],je+=dn[0]}function Qp(){let f=_e+Z,d=je+
+ne,b=_e,v=je;function $(A,F){switch(A){case 1:return f+=F,f-F;case 2:return d+=F,d-F;case 3:return b-=F,b+F;case 0:return v-=F,v+F}}S.forEach((A,F)=>{if(A.show&&
 A._show){let G=A.side;A._pos=$(G,A._size),A.label!=null&&(A._lpos=$(G,A.labelSize))}})}if(U.dataIdx==null){let f=U.hover,d=f.skip=new Set(f.skip??[]);d.add(void 0);
-let b=f.prox=ve(f.prox),y=f.bias??=0;U.dataIdx=($,A,F,G)=>{if(A==0)return F;let X=F,se=b($,A,F,G)??Pe,le=se>=0&&se<Pe,ie=C.ori==0?Z:ne,de=U.left,Me=t[0],Se=t[A];
-if(d.has(Se[F])){X=null;let we=null,pe=null,ue;if(y==0||y==-1)for(ue=F;we==null&&ue-- >0;)d.has(Se[ue])||(we=ue);if(y==0||y==1)for(ue=F;pe==null&&ue++<Se.length;)
-d.has(Se[ue])||(pe=ue);if(we!=null||pe!=null)if(le){let Be=we==null?-1/0:D(Me[we],C,ie,0),Ue=pe==null?1/0:D(Me[pe],C,ie,0),rt=de-Be,Ce=Ue-de;rt<=Ce?rt<=se&&(X=we):
-Ce<=se&&(X=pe)}else X=pe==null?we:we==null?pe:F-we<=pe-F?we:pe}else le&&tt(de-D(Me[F],C,ie,0))>se&&(X=null);return X}}let Ln=f=>{U.event=f};U.idxs=te,U._lock=!1;
+let b=f.prox=ve(f.prox),v=f.bias??=0;U.dataIdx=($,A,F,G)=>{if(A==0)return F;let J=F,se=b($,A,F,G)??Pe,le=se>=0&&se<Pe,ie=C.ori==0?Z:ne,de=U.left,Me=t[0],Se=t[A];
+if(d.has(Se[F])){J=null;let we=null,pe=null,ue;if(v==0||v==-1)for(ue=F;we==null&&ue-- >0;)d.has(Se[ue])||(we=ue);if(v==0||v==1)for(ue=F;pe==null&&ue++<Se.length;)
+d.has(Se[ue])||(pe=ue);if(we!=null||pe!=null)if(le){let Be=we==null?-1/0:D(Me[we],C,ie,0),Ue=pe==null?1/0:D(Me[pe],C,ie,0),rt=de-Be,Ce=Ue-de;rt<=Ce?rt<=se&&(J=we):
+Ce<=se&&(J=pe)}else J=pe==null?we:we==null?pe:F-we<=pe-F?we:pe}else le&&tt(de-D(Me[F],C,ie,0))>se&&(J=null);return J}}let Ln=f=>{U.event=f};U.idxs=te,U._lock=!1;
 let dt=U.points;dt.show=ve(dt.show),dt.size=ve(dt.size),dt.stroke=ve(dt.stroke),dt.width=ve(dt.width),dt.fill=ve(dt.fill);let en=n.focus=Qe({},e.focus||{alpha:.3},
 U.focus),Kn=en.prox>=0,Yn=Kn&&dt.one,Ft=[],Xn=[],Jn=[];function Vr(f,d){let b=dt.show(n,d);if(b instanceof HTMLElement)return Ot(b,nb),Ot(b,f.class),rn(b,-10,-10,
-Z,ne),g.insertBefore(b,Ft[d]),b}function Gr(f,d){if(s==1||d>0){let b=s==1&&v[f.scale].time,y=f.value;f.value=b?Ju(y)?sf(oe,of(y,Q)):y||j:y||gw,f.label=f.label||
-(b?aw:rw)}if(Yn||d>0){f.width=f.width==null?1:f.width,f.paths=f.paths||_w||vb,f.fillTo=ve(f.fillTo||xw),f.pxAlign=+$e(f.pxAlign,k),f.pxRound=df(f.pxAlign),f.stroke=
-ve(f.stroke||null),f.fill=ve(f.fill||null),f._stroke=f._fill=f._paths=f._focus=null;let b=bw(kt(1,f.width),1),y=f.points=Qe({},{size:b,width:kt(1,b*.2),stroke:f.
-stroke,space:b*2,paths:Ow,_stroke:null,_fill:null},f.points);y.show=ve(y.show),y.filter=ve(y.filter),y.fill=ve(y.fill),y.stroke=ve(y.stroke),y.paths=ve(y.paths),
-y.pxAlign=f.pxAlign}if(ae){let b=Ae(f,d);xe.splice(d,0,b[0]),Ye.splice(d,0,b[1]),Y.values.push(null)}if(be){te.splice(d,0,null);let b=null;Yn?d==0&&(b=Vr(f,d)):
-d>0&&(b=Vr(f,d)),Ft.splice(d,0,b),Xn.splice(d,0,0),Jn.splice(d,0,0)}it("addSeries",d)}function eh(f,d){d=d??S.length,f=s==1?ur(f,d,rf,pf):ur(f,d,{},ff),S.splice(
-d,0,f),Gr(S[d],d)}n.addSeries=eh;function th(f){if(S.splice(f,1),ae){Y.values.splice(f,1),Ye.splice(f,1);let d=xe.splice(f,1)[0];Pt(null,d.firstChild),d.remove()}
+Z,ne),g.insertBefore(b,Ft[d]),b}function Gr(f,d){if(s==1||d>0){let b=s==1&&x[f.scale].time,v=f.value;f.value=b?Ju(v)?sf(oe,of(v,Q)):v||j:v||gw,f.label=f.label||
+(b?aw:rw)}if(Yn||d>0){f.width=f.width==null?1:f.width,f.paths=f.paths||_w||vb,f.fillTo=ve(f.fillTo||xw),f.pxAlign=+$e(f.pxAlign,y),f.pxRound=df(f.pxAlign),f.stroke=
+ve(f.stroke||null),f.fill=ve(f.fill||null),f._stroke=f._fill=f._paths=f._focus=null;let b=bw(kt(1,f.width),1),v=f.points=Qe({},{size:b,width:kt(1,b*.2),stroke:f.
+stroke,space:b*2,paths:Ow,_stroke:null,_fill:null},f.points);v.show=ve(v.show),v.filter=ve(v.filter),v.fill=ve(v.fill),v.stroke=ve(v.stroke),v.paths=ve(v.paths),
+v.pxAlign=f.pxAlign}if(ae){let b=Ae(f,d);xe.splice(d,0,b[0]),Ye.splice(d,0,b[1]),X.values.push(null)}if(be){te.splice(d,0,null);let b=null;Yn?d==0&&(b=Vr(f,d)):
+d>0&&(b=Vr(f,d)),Ft.splice(d,0,b),Xn.splice(d,0,0),Jn.splice(d,0,0)}it("addSeries",d)}function eh(f,d){d=d??w.length,f=s==1?ur(f,d,rf,pf):ur(f,d,{},ff),w.splice(
+d,0,f),Gr(w[d],d)}n.addSeries=eh;function th(f){if(w.splice(f,1),ae){X.values.splice(f,1),Ye.splice(f,1);let d=xe.splice(f,1)[0];Pt(null,d.firstChild),d.remove()}
 be&&(te.splice(f,1),Ft.splice(f,1)[0].remove(),Xn.splice(f,1),Jn.splice(f,1)),it("delSeries",f)}n.delSeries=th;let An=[!1,!1,!1,!1];function nh(f,d){if(f._show=
-f.show,f.show){let b=f.side%2,y=v[f.scale];y==null&&(f.scale=b?S[1].scale:L,y=v[f.scale]);let $=y.time;f.size=ve(f.size),f.space=ve(f.space),f.rotate=ve(f.rotate),
-Sn(f.incrs)&&f.incrs.forEach(F=>{!En.has(F)&&En.set(F,Mf(F))}),f.incrs=ve(f.incrs||(y.distr==2?Hb:$?T==1?Vb:qb:zn)),f.splits=ve(f.splits||($&&y.distr==1?R:y.distr==
-3?ir:y.distr==4?fw:uw)),f.stroke=ve(f.stroke),f.grid.stroke=ve(f.grid.stroke),f.ticks.stroke=ve(f.ticks.stroke),f.border.stroke=ve(f.border.stroke);let A=f.values;
-f.values=Sn(A)&&!Sn(A[0])?ve(A):$?Sn(A)?nf(oe,tf(A,Q)):Ju(A)?Xb(oe,A):A||W:A||cw,f.filter=ve(f.filter||(y.distr>=3&&y.log==10?dw:y.distr==3&&y.log==2?mw:Tf)),f.
+f.show,f.show){let b=f.side%2,v=x[f.scale];v==null&&(f.scale=b?w[1].scale:L,v=x[f.scale]);let $=v.time;f.size=ve(f.size),f.space=ve(f.space),f.rotate=ve(f.rotate),
+Sn(f.incrs)&&f.incrs.forEach(F=>{!En.has(F)&&En.set(F,Mf(F))}),f.incrs=ve(f.incrs||(v.distr==2?Hb:$?E==1?Vb:qb:zn)),f.splits=ve(f.splits||($&&v.distr==1?R:v.distr==
+3?ir:v.distr==4?fw:uw)),f.stroke=ve(f.stroke),f.grid.stroke=ve(f.grid.stroke),f.ticks.stroke=ve(f.ticks.stroke),f.border.stroke=ve(f.border.stroke);let A=f.values;
+f.values=Sn(A)&&!Sn(A[0])?ve(A):$?Sn(A)?nf(oe,tf(A,Q)):Ju(A)?Xb(oe,A):A||W:A||cw,f.filter=ve(f.filter||(v.distr>=3&&v.log==10?dw:v.distr==3&&v.log==2?mw:Tf)),f.
 font=wf(f.font),f.labelFont=wf(f.labelFont),f._size=f.size(n,null,d,0),f._space=f._rotate=f._incrs=f._found=f._splits=f._values=null,f._size>0&&(An[d]=!0,f._el=
-Wt(Zg,p))}}function Do(f,d,b,y){let[$,A,F,G]=b,X=d%2,se=0;return X==0&&(G||A)&&(se=d==0&&!$||d==2&&!F?et(lf.size/3):0),X==1&&($||F)&&(se=d==1&&!A||d==3&&!G?et(cf.
-size/2):0),se}let Ur=n.padding=(e.padding||[Do,Do,Do,Do]).map(f=>ve($e(f,Do))),dn=n._padding=Ur.map((f,d)=>f(n,d,An,0)),ut,nt=null,ot=null,bs=s==1?S[0].idxs:null,
-Ut=null,Io=!1;function qr(f,d){if(t=f??[],n.data=n._data=t,s==2){ut=0;for(let b=1;b<S.length;b++)ut+=t[b][0].length}else{t.length==0&&(n.data=n._data=t=[[]]),Ut=
-t[0],ut=Ut.length;let b=t;if(N==2){b=t.slice();let y=b[0]=Array(ut);for(let $=0;$<ut;$++)y[$]=$}n._data=t=b}if(Qn(!0),it("setData"),N==2&&(qn=!0),d!==!1){let b=C;
+Wt(Zg,p))}}function Do(f,d,b,v){let[$,A,F,G]=b,J=d%2,se=0;return J==0&&(G||A)&&(se=d==0&&!$||d==2&&!F?et(lf.size/3):0),J==1&&($||F)&&(se=d==1&&!A||d==3&&!G?et(cf.
+size/2):0),se}let Ur=n.padding=(e.padding||[Do,Do,Do,Do]).map(f=>ve($e(f,Do))),dn=n._padding=Ur.map((f,d)=>f(n,d,An,0)),ut,nt=null,ot=null,bs=s==1?w[0].idxs:null,
+Ut=null,Io=!1;function qr(f,d){if(t=f??[],n.data=n._data=t,s==2){ut=0;for(let b=1;b<w.length;b++)ut+=t[b][0].length}else{t.length==0&&(n.data=n._data=t=[[]]),Ut=
+t[0],ut=Ut.length;let b=t;if(N==2){b=t.slice();let v=b[0]=Array(ut);for(let $=0;$<ut;$++)v[$]=$}n._data=t=b}if(Qn(!0),it("setData"),N==2&&(qn=!0),d!==!1){let b=C;
 b.auto(n,Io)?Ll():gn(L,b.min,b.max),Mn=Mn||U.left>=0,It=!0,eo()}}n.setData=qr;function Ll(){Io=!0;let f,d;s==1&&(ut>0?(nt=bs[0]=0,ot=bs[1]=ut-1,f=t[0][nt],d=t[0][ot],
-N==2?(f=nt,d=ot):f==d&&(N==3?[f,d]=al(f,f,C.log,!1):N==4?[f,d]=dr(f,f,C.log,!1):C.time?d=f+et(86400/T):[f,d]=ll(f,d,mr,!0))):(nt=bs[0]=f=null,ot=bs[1]=d=null)),
-gn(L,f,d)}let ws,Zn,Al,_l,Ol,Cl,Nl,Pl,Rl,Tt;function Kr(f,d,b,y,$,A){f??=Pu,b??=br,y??="butt",$??=Pu,A??="round",f!=ws&&(m.strokeStyle=ws=f),$!=Zn&&(m.fillStyle=
-Zn=$),d!=Al&&(m.lineWidth=Al=d),A!=Ol&&(m.lineJoin=Ol=A),y!=Cl&&(m.lineCap=Cl=y),b!=_l&&m.setLineDash(_l=b)}function Yr(f,d,b,y){d!=Zn&&(m.fillStyle=Zn=d),f!=Nl&&
-(m.font=Nl=f),b!=Pl&&(m.textAlign=Pl=b),y!=Rl&&(m.textBaseline=Rl=y)}function Dl(f,d,b,y,$=0){if(y.length>0&&f.auto(n,Io)&&(d==null||d.min==null)){let A=$e(nt,0),
-F=$e(ot,y.length-1),G=b.min==null?db(y,A,F,$,f.distr==3):[b.min,b.max];f.min=Zt(f.min,b.min=G[0]),f.max=kt(f.max,b.max=G[1])}}let Xr={min:null,max:null};function oh(){
-for(let y in v){let $=v[y];z[y]==null&&($.min==null||z[L]!=null&&$.auto(n,Io))&&(z[y]=Xr)}for(let y in v){let $=v[y];z[y]==null&&$.from!=null&&z[$.from]!=null&&
-(z[y]=Xr)}z[L]!=null&&Qn(!0);let f={};for(let y in z){let $=z[y];if($!=null){let A=f[y]=Ao(v[y],Sb);if($.min!=null)Qe(A,$);else if(y!=L||s==2)if(ut==0&&A.from==
-null){let F=A.range(n,null,null,y);A.min=F[0],A.max=F[1]}else A.min=Pe,A.max=-Pe}}if(ut>0){S.forEach((y,$)=>{if(s==1){let A=y.scale,F=z[A];if(F==null)return;let G=f[A];
-if($==0){let X=G.range(n,G.min,G.max,A);G.min=X[0],G.max=X[1],nt=Jt(G.min,t[0]),ot=Jt(G.max,t[0]),ot-nt>1&&(t[0][nt]<G.min&&nt++,t[0][ot]>G.max&&ot--),y.min=Ut[nt],
-y.max=Ut[ot]}else y.show&&y.auto&&Dl(G,F,y,t[$],y.sorted);y.idxs[0]=nt,y.idxs[1]=ot}else if($>0&&y.show&&y.auto){let[A,F]=y.facets,G=A.scale,X=F.scale,[se,le]=t[$],
-ie=f[G],de=f[X];ie!=null&&Dl(ie,z[G],A,se,A.sorted),de!=null&&Dl(de,z[X],F,le,F.sorted),y.min=F.min,y.max=F.max}});for(let y in f){let $=f[y],A=z[y];if($.from==
-null&&(A==null||A.min==null)){let F=$.range(n,$.min==Pe?null:$.min,$.max==-Pe?null:$.max,y);$.min=F[0],$.max=F[1]}}}for(let y in f){let $=f[y];if($.from!=null){
-let A=f[$.from];if(A.min==null)$.min=$.max=null;else{let F=$.range(n,A.min,A.max,y);$.min=F[0],$.max=F[1]}}}let d={},b=!1;for(let y in f){let $=f[y],A=v[y];if(A.
+N==2?(f=nt,d=ot):f==d&&(N==3?[f,d]=al(f,f,C.log,!1):N==4?[f,d]=dr(f,f,C.log,!1):C.time?d=f+et(86400/E):[f,d]=ll(f,d,mr,!0))):(nt=bs[0]=f=null,ot=bs[1]=d=null)),
+gn(L,f,d)}let ws,Zn,Al,_l,Ol,Cl,Nl,Pl,Rl,Tt;function Kr(f,d,b,v,$,A){f??=Pu,b??=br,v??="butt",$??=Pu,A??="round",f!=ws&&(m.strokeStyle=ws=f),$!=Zn&&(m.fillStyle=
+Zn=$),d!=Al&&(m.lineWidth=Al=d),A!=Ol&&(m.lineJoin=Ol=A),v!=Cl&&(m.lineCap=Cl=v),b!=_l&&m.setLineDash(_l=b)}function Yr(f,d,b,v){d!=Zn&&(m.fillStyle=Zn=d),f!=Nl&&
+(m.font=Nl=f),b!=Pl&&(m.textAlign=Pl=b),v!=Rl&&(m.textBaseline=Rl=v)}function Dl(f,d,b,v,$=0){if(v.length>0&&f.auto(n,Io)&&(d==null||d.min==null)){let A=$e(nt,0),
+F=$e(ot,v.length-1),G=b.min==null?db(v,A,F,$,f.distr==3):[b.min,b.max];f.min=Zt(f.min,b.min=G[0]),f.max=kt(f.max,b.max=G[1])}}let Xr={min:null,max:null};function oh(){
+for(let v in x){let $=x[v];z[v]==null&&($.min==null||z[L]!=null&&$.auto(n,Io))&&(z[v]=Xr)}for(let v in x){let $=x[v];z[v]==null&&$.from!=null&&z[$.from]!=null&&
+(z[v]=Xr)}z[L]!=null&&Qn(!0);let f={};for(let v in z){let $=z[v];if($!=null){let A=f[v]=Ao(x[v],Sb);if($.min!=null)Qe(A,$);else if(v!=L||s==2)if(ut==0&&A.from==
+null){let F=A.range(n,null,null,v);A.min=F[0],A.max=F[1]}else A.min=Pe,A.max=-Pe}}if(ut>0){w.forEach((v,$)=>{if(s==1){let A=v.scale,F=z[A];if(F==null)return;let G=f[A];
+if($==0){let J=G.range(n,G.min,G.max,A);G.min=J[0],G.max=J[1],nt=Jt(G.min,t[0]),ot=Jt(G.max,t[0]),ot-nt>1&&(t[0][nt]<G.min&&nt++,t[0][ot]>G.max&&ot--),v.min=Ut[nt],
+v.max=Ut[ot]}else v.show&&v.auto&&Dl(G,F,v,t[$],v.sorted);v.idxs[0]=nt,v.idxs[1]=ot}else if($>0&&v.show&&v.auto){let[A,F]=v.facets,G=A.scale,J=F.scale,[se,le]=t[$],
+ie=f[G],de=f[J];ie!=null&&Dl(ie,z[G],A,se,A.sorted),de!=null&&Dl(de,z[J],F,le,F.sorted),v.min=F.min,v.max=F.max}});for(let v in f){let $=f[v],A=z[v];if($.from==
+null&&(A==null||A.min==null)){let F=$.range(n,$.min==Pe?null:$.min,$.max==-Pe?null:$.max,v);$.min=F[0],$.max=F[1]}}}for(let v in f){let $=f[v];if($.from!=null){
+let A=f[$.from];if(A.min==null)$.min=$.max=null;else{let F=$.range(n,A.min,A.max,v);$.min=F[0],$.max=F[1]}}}let d={},b=!1;for(let v in f){let $=f[v],A=x[v];if(A.
 min!=$.min||A.max!=$.max){A.min=$.min,A.max=$.max;let F=A.distr;A._min=F==3?pn(A.min):F==4?Ji(A.min,A.asinh):F==100?A.fwd(A.min):A.min,A._max=F==3?pn(A.max):F==
-4?Ji(A.max,A.asinh):F==100?A.fwd(A.max):A.max,d[y]=b=!0}}if(b){S.forEach((y,$)=>{s==2?$>0&&d.y&&(y._paths=null):d[y.scale]&&(y._paths=null)});for(let y in d)qn=
-!0,it("setScale",y);be&&U.left>=0&&(Mn=It=!0)}for(let y in z)z[y]=null}function sh(f){let d=lr(nt-1,0,ut-1),b=lr(ot+1,0,ut-1);for(;f[d]==null&&d>0;)d--;for(;f[b]==
-null&&b<ut-1;)b++;return[d,b]}function lh(){if(ut>0){let f=S.some(d=>d._focus)&&Tt!=en.alpha;f&&(m.globalAlpha=Tt=en.alpha),S.forEach((d,b)=>{if(b>0&&d.show&&(Jr(
-b,!1),Jr(b,!0),d._paths==null)){let y=Tt;Tt!=d.alpha&&(m.globalAlpha=Tt=d.alpha);let $=s==2?[0,t[b][0].length-1]:sh(t[b]);d._paths=d.paths(n,b,$[0],$[1]),Tt!=y&&
-(m.globalAlpha=Tt=y)}}),S.forEach((d,b)=>{if(b>0&&d.show){let y=Tt;Tt!=d.alpha&&(m.globalAlpha=Tt=d.alpha),d._paths!=null&&Zr(b,!1);{let $=d._paths!=null?d._paths.
-gaps:null,A=d.points.show(n,b,nt,ot,$),F=d.points.filter(n,b,A,$);(A||F)&&(d.points._paths=d.points.paths(n,b,nt,ot,F),Zr(b,!0))}Tt!=y&&(m.globalAlpha=Tt=y),it(
-"drawSeries",b)}}),f&&(m.globalAlpha=Tt=1)}}function Jr(f,d){let b=d?S[f].points:S[f];b._stroke=b.stroke(n,f),b._fill=b.fill(n,f)}function Zr(f,d){let b=d?S[f].
-points:S[f],{stroke:y,fill:$,clip:A,flags:F,_stroke:G=b._stroke,_fill:X=b._fill,_width:se=b.width}=b._paths;se=Re(se*Le,3);let le=null,ie=se%2/2;d&&X==null&&(X=
+4?Ji(A.max,A.asinh):F==100?A.fwd(A.max):A.max,d[v]=b=!0}}if(b){w.forEach((v,$)=>{s==2?$>0&&d.y&&(v._paths=null):d[v.scale]&&(v._paths=null)});for(let v in d)qn=
+!0,it("setScale",v);be&&U.left>=0&&(Mn=It=!0)}for(let v in z)z[v]=null}function sh(f){let d=lr(nt-1,0,ut-1),b=lr(ot+1,0,ut-1);for(;f[d]==null&&d>0;)d--;for(;f[b]==
+null&&b<ut-1;)b++;return[d,b]}function lh(){if(ut>0){let f=w.some(d=>d._focus)&&Tt!=en.alpha;f&&(m.globalAlpha=Tt=en.alpha),w.forEach((d,b)=>{if(b>0&&d.show&&(Jr(
+b,!1),Jr(b,!0),d._paths==null)){let v=Tt;Tt!=d.alpha&&(m.globalAlpha=Tt=d.alpha);let $=s==2?[0,t[b][0].length-1]:sh(t[b]);d._paths=d.paths(n,b,$[0],$[1]),Tt!=v&&
+(m.globalAlpha=Tt=v)}}),w.forEach((d,b)=>{if(b>0&&d.show){let v=Tt;Tt!=d.alpha&&(m.globalAlpha=Tt=d.alpha),d._paths!=null&&Zr(b,!1);{let $=d._paths!=null?d._paths.
+gaps:null,A=d.points.show(n,b,nt,ot,$),F=d.points.filter(n,b,A,$);(A||F)&&(d.points._paths=d.points.paths(n,b,nt,ot,F),Zr(b,!0))}Tt!=v&&(m.globalAlpha=Tt=v),it(
+"drawSeries",b)}}),f&&(m.globalAlpha=Tt=1)}}function Jr(f,d){let b=d?w[f].points:w[f];b._stroke=b.stroke(n,f),b._fill=b.fill(n,f)}function Zr(f,d){let b=d?w[f].
+points:w[f],{stroke:v,fill:$,clip:A,flags:F,_stroke:G=b._stroke,_fill:J=b._fill,_width:se=b.width}=b._paths;se=Re(se*Le,3);let le=null,ie=se%2/2;d&&J==null&&(J=
 se>0?"#fff":G);let de=b.pxAlign==1&&ie>0;if(de&&m.translate(ie,ie),!d){let Me=Mt-se/2,Se=Dt-se/2,we=Et+se,pe=Gt+se;le=new Path2D,le.rect(Me,Se,we,pe)}d?Il(G,se,
-b.dash,b.cap,X,y,$,F,A):ih(f,G,se,b.dash,b.cap,X,y,$,F,le,A),de&&m.translate(-ie,-ie)}function ih(f,d,b,y,$,A,F,G,X,se,le){let ie=!1;X!=0&&M.forEach((de,Me)=>{if(de.
-series[0]==f){let Se=S[de.series[1]],we=t[de.series[1]],pe=(Se._paths||rs).band;Sn(pe)&&(pe=de.dir==1?pe[0]:pe[1]);let ue,Be=null;Se.show&&pe&&gb(we,nt,ot)?(Be=
-de.fill(n,Me)||A,ue=Se._paths.clip):pe=null,Il(d,b,y,$,Be,F,G,X,se,le,ue,pe),ie=!0}}),ie||Il(d,b,y,$,A,F,G,X,se,le)}let Qr=_o|ar;function Il(f,d,b,y,$,A,F,G,X,se,le,ie){
-Kr(f,d,b,y,$),(X||se||ie)&&(m.save(),X&&m.clip(X),se&&m.clip(se)),ie?(G&Qr)==Qr?(m.clip(ie),le&&m.clip(le),vs($,F),ys(f,A,d)):G&ar?(vs($,F),m.clip(ie),ys(f,A,d)):
-G&_o&&(m.save(),m.clip(ie),le&&m.clip(le),vs($,F),m.restore(),ys(f,A,d)):(vs($,F),ys(f,A,d)),(X||se||ie)&&m.restore()}function ys(f,d,b){b>0&&(d instanceof Map?
-d.forEach((y,$)=>{m.strokeStyle=ws=$,m.stroke(y)}):d!=null&&f&&m.stroke(d))}function vs(f,d){d instanceof Map?d.forEach((b,y)=>{m.fillStyle=Zn=y,m.fill(b)}):d!=
-null&&f&&m.fill(d)}function rh(f,d,b,y){let $=E[f],A;if(y<=0)A=[0,0];else{let F=$._space=$.space(n,f,d,b,y),G=$._incrs=$.incrs(n,f,d,b,y,F);A=Iw(d,b,G,y,F)}return $.
-_found=A}function Fl(f,d,b,y,$,A,F,G,X,se){let le=F%2/2;k==1&&m.translate(le,le),Kr(G,F,X,se,G),m.beginPath();let ie,de,Me,Se,we=$+(y==0||y==3?-A:A);b==0?(de=$,
-Se=we):(ie=$,Me=we);for(let pe=0;pe<f.length;pe++)d[pe]!=null&&(b==0?ie=Me=f[pe]:de=Se=f[pe],m.moveTo(ie,de),m.lineTo(Me,Se));m.stroke(),k==1&&m.translate(-le,-le)}
-function ah(f){let d=!0;return E.forEach((b,y)=>{if(!b.show)return;let $=v[b.scale];if($.min==null){b._show&&(d=!1,b._show=!1,Qn(!1));return}else b._show||(d=!1,
-b._show=!0,Qn(!1));let A=b.side,F=A%2,{min:G,max:X}=$,[se,le]=rh(y,G,X,F==0?Z:ne);if(le==0)return;let ie=$.distr==2,de=b._splits=b.splits(n,y,G,X,se,le,ie),Me=$.
-distr==2?de.map(ue=>Ut[ue]):de,Se=$.distr==2?Ut[de[1]]-Ut[de[0]]:se,we=b._values=b.values(n,b.filter(n,Me,y,le,Se),y,le,Se);b._rotate=A==2?b.rotate(n,we,y,le):0;
-let pe=b._size;b._size=Vt(b.size(n,we,y,f)),pe!=null&&b._size!=pe&&(d=!1)}),d}function ch(f){let d=!0;return Ur.forEach((b,y)=>{let $=b(n,y,An,f);$!=dn[y]&&(d=!1),
-dn[y]=$}),d}function uh(){for(let f=0;f<E.length;f++){let d=E[f];if(!d.show||!d._show)continue;let b=d.side,y=b%2,$,A,F=d.stroke(n,f),G=b==0||b==3?-1:1,[X,se]=d.
-_found;if(d.label!=null){let gt=d.labelGap*G,_t=et((d._lpos+gt)*Le);Yr(d.labelFont[0],F,"center",b==2?"top":Nu),m.save(),y==1?($=A=0,m.translate(_t,et(Dt+Gt/2)),
-m.rotate((b==3?-ol:ol)/2)):($=et(Mt+Et/2),A=_t);let Cn=Sf(d.label)?d.label(n,f,X,se):d.label;m.fillText(Cn,$,A),m.restore()}if(se==0)continue;let le=v[d.scale],
-ie=y==0?Et:Gt,de=y==0?Mt:Dt,Me=d._splits,Se=le.distr==2?Me.map(gt=>Ut[gt]):Me,we=le.distr==2?Ut[Me[1]]-Ut[Me[0]]:X,pe=d.ticks,ue=d.border,Be=pe.show?pe.size:0,Ue=et(
-Be*Le),rt=et((d.alignTo==2?d._size-Be-d.gap:d.gap)*Le),Ce=d._rotate*-ol/180,qe=x(d._pos*Le),Lt=(Ue+rt)*G,mt=qe+Lt;A=y==0?mt:0,$=y==1?mt:0;let Bt=d.font[0],qt=d.
-align==1?Eo:d.align==2?Ki:Ce>0?Eo:Ce<0?Ki:y==0?"center":b==3?Ki:Eo,on=Ce||y==1?"middle":b==2?"top":Nu;Yr(Bt,F,qt,on);let At=d.font[1]*d.lineGap,zt=Me.map(gt=>x(
-a(gt,le,ie,de))),Kt=d._values;for(let gt=0;gt<Kt.length;gt++){let _t=Kt[gt];if(_t!=null){y==0?$=zt[gt]:A=zt[gt],_t=""+_t;let Cn=_t.indexOf(`
+b.dash,b.cap,J,v,$,F,A):ih(f,G,se,b.dash,b.cap,J,v,$,F,le,A),de&&m.translate(-ie,-ie)}function ih(f,d,b,v,$,A,F,G,J,se,le){let ie=!1;J!=0&&M.forEach((de,Me)=>{if(de.
+series[0]==f){let Se=w[de.series[1]],we=t[de.series[1]],pe=(Se._paths||rs).band;Sn(pe)&&(pe=de.dir==1?pe[0]:pe[1]);let ue,Be=null;Se.show&&pe&&gb(we,nt,ot)?(Be=
+de.fill(n,Me)||A,ue=Se._paths.clip):pe=null,Il(d,b,v,$,Be,F,G,J,se,le,ue,pe),ie=!0}}),ie||Il(d,b,v,$,A,F,G,J,se,le)}let Qr=_o|ar;function Il(f,d,b,v,$,A,F,G,J,se,le,ie){
+Kr(f,d,b,v,$),(J||se||ie)&&(m.save(),J&&m.clip(J),se&&m.clip(se)),ie?(G&Qr)==Qr?(m.clip(ie),le&&m.clip(le),vs($,F),ys(f,A,d)):G&ar?(vs($,F),m.clip(ie),ys(f,A,d)):
+G&_o&&(m.save(),m.clip(ie),le&&m.clip(le),vs($,F),m.restore(),ys(f,A,d)):(vs($,F),ys(f,A,d)),(J||se||ie)&&m.restore()}function ys(f,d,b){b>0&&(d instanceof Map?
+d.forEach((v,$)=>{m.strokeStyle=ws=$,m.stroke(v)}):d!=null&&f&&m.stroke(d))}function vs(f,d){d instanceof Map?d.forEach((b,v)=>{m.fillStyle=Zn=v,m.fill(b)}):d!=
+null&&f&&m.fill(d)}function rh(f,d,b,v){let $=S[f],A;if(v<=0)A=[0,0];else{let F=$._space=$.space(n,f,d,b,v),G=$._incrs=$.incrs(n,f,d,b,v,F);A=Iw(d,b,G,v,F)}return $.
+_found=A}function Fl(f,d,b,v,$,A,F,G,J,se){let le=F%2/2;y==1&&m.translate(le,le),Kr(G,F,J,se,G),m.beginPath();let ie,de,Me,Se,we=$+(v==0||v==3?-A:A);b==0?(de=$,
+Se=we):(ie=$,Me=we);for(let pe=0;pe<f.length;pe++)d[pe]!=null&&(b==0?ie=Me=f[pe]:de=Se=f[pe],m.moveTo(ie,de),m.lineTo(Me,Se));m.stroke(),y==1&&m.translate(-le,-le)}
+function ah(f){let d=!0;return S.forEach((b,v)=>{if(!b.show)return;let $=x[b.scale];if($.min==null){b._show&&(d=!1,b._show=!1,Qn(!1));return}else b._show||(d=!1,
+b._show=!0,Qn(!1));let A=b.side,F=A%2,{min:G,max:J}=$,[se,le]=rh(v,G,J,F==0?Z:ne);if(le==0)return;let ie=$.distr==2,de=b._splits=b.splits(n,v,G,J,se,le,ie),Me=$.
+distr==2?de.map(ue=>Ut[ue]):de,Se=$.distr==2?Ut[de[1]]-Ut[de[0]]:se,we=b._values=b.values(n,b.filter(n,Me,v,le,Se),v,le,Se);b._rotate=A==2?b.rotate(n,we,v,le):0;
+let pe=b._size;b._size=Vt(b.size(n,we,v,f)),pe!=null&&b._size!=pe&&(d=!1)}),d}function ch(f){let d=!0;return Ur.forEach((b,v)=>{let $=b(n,v,An,f);$!=dn[v]&&(d=!1),
+dn[v]=$}),d}function uh(){for(let f=0;f<S.length;f++){let d=S[f];if(!d.show||!d._show)continue;let b=d.side,v=b%2,$,A,F=d.stroke(n,f),G=b==0||b==3?-1:1,[J,se]=d.
+_found;if(d.label!=null){let gt=d.labelGap*G,_t=et((d._lpos+gt)*Le);Yr(d.labelFont[0],F,"center",b==2?"top":Nu),m.save(),v==1?($=A=0,m.translate(_t,et(Dt+Gt/2)),
+m.rotate((b==3?-ol:ol)/2)):($=et(Mt+Et/2),A=_t);let Cn=Sf(d.label)?d.label(n,f,J,se):d.label;m.fillText(Cn,$,A),m.restore()}if(se==0)continue;let le=x[d.scale],
+ie=v==0?Et:Gt,de=v==0?Mt:Dt,Me=d._splits,Se=le.distr==2?Me.map(gt=>Ut[gt]):Me,we=le.distr==2?Ut[Me[1]]-Ut[Me[0]]:J,pe=d.ticks,ue=d.border,Be=pe.show?pe.size:0,Ue=et(
+Be*Le),rt=et((d.alignTo==2?d._size-Be-d.gap:d.gap)*Le),Ce=d._rotate*-ol/180,qe=T(d._pos*Le),Lt=(Ue+rt)*G,mt=qe+Lt;A=v==0?mt:0,$=v==1?mt:0;let Bt=d.font[0],qt=d.
+align==1?Eo:d.align==2?Ki:Ce>0?Eo:Ce<0?Ki:v==0?"center":b==3?Ki:Eo,on=Ce||v==1?"middle":b==2?"top":Nu;Yr(Bt,F,qt,on);let At=d.font[1]*d.lineGap,zt=Me.map(gt=>T(
+a(gt,le,ie,de))),Kt=d._values;for(let gt=0;gt<Kt.length;gt++){let _t=Kt[gt];if(_t!=null){v==0?$=zt[gt]:A=zt[gt],_t=""+_t;let Cn=_t.indexOf(`
 `)==-1?[_t]:_t.split(/\n/gm);for(let bt=0;bt<Cn.length;bt++){let wa=Cn[bt];Ce?(m.save(),m.translate($,A+bt*At),m.rotate(Ce),m.fillText(wa,0,0),m.restore()):m.fillText(
-wa,$,A+bt*At)}}}pe.show&&Fl(zt,pe.filter(n,Se,f,se,we),y,b,qe,Ue,Re(pe.width*Le,3),pe.stroke(n,f),pe.dash,pe.cap);let sn=d.grid;sn.show&&Fl(zt,sn.filter(n,Se,f,
-se,we),y,y==0?2:1,y==0?Dt:Mt,y==0?Gt:Et,Re(sn.width*Le,3),sn.stroke(n,f),sn.dash,sn.cap),ue.show&&Fl([qe],[1],y==0?1:0,y==0?1:2,y==1?Dt:Mt,y==1?Gt:Et,Re(ue.width*
-Le,3),ue.stroke(n,f),ue.dash,ue.cap)}it("drawAxes")}function Qn(f){S.forEach((d,b)=>{b>0&&(d._paths=null,f&&(s==1?(d.min=null,d.max=null):d.facets.forEach(y=>{y.
-min=null,y.max=null})))})}let xs=!1,Bl=!1,Fo=[];function fh(){Bl=!1;for(let f=0;f<Fo.length;f++)it(...Fo[f]);Fo.length=0}function eo(){xs||(_b(ea),xs=!0)}function ph(f,d=!1){
-xs=!0,Bl=d,f(n),ea(),d&&Fo.length>0&&queueMicrotask(fh)}n.batch=ph;function ea(){if($l&&(oh(),$l=!1),qn&&(Xp(),qn=!1),ms){if(ze(w,Eo,_e),ze(w,"top",je),ze(w,os,
-Z),ze(w,ss,ne),ze(g,Eo,_e),ze(g,"top",je),ze(g,os,Z),ze(g,ss,ne),ze(p,os,Rt),ze(p,ss,q),h.width=et(Rt*Le),h.height=et(q*Le),E.forEach(({_el:f,_show:d,_size:b,_pos:y,
-side:$})=>{if(f!=null)if(d){let A=$===3||$===0?b:0,F=$%2==1;ze(f,F?"left":"top",y-A),ze(f,F?"width":"height",b),ze(f,F?"top":"left",F?je:_e),ze(f,F?"height":"wi\
+wa,$,A+bt*At)}}}pe.show&&Fl(zt,pe.filter(n,Se,f,se,we),v,b,qe,Ue,Re(pe.width*Le,3),pe.stroke(n,f),pe.dash,pe.cap);let sn=d.grid;sn.show&&Fl(zt,sn.filter(n,Se,f,
+se,we),v,v==0?2:1,v==0?Dt:Mt,v==0?Gt:Et,Re(sn.width*Le,3),sn.stroke(n,f),sn.dash,sn.cap),ue.show&&Fl([qe],[1],v==0?1:0,v==0?1:2,v==1?Dt:Mt,v==1?Gt:Et,Re(ue.width*
+Le,3),ue.stroke(n,f),ue.dash,ue.cap)}it("drawAxes")}function Qn(f){w.forEach((d,b)=>{b>0&&(d._paths=null,f&&(s==1?(d.min=null,d.max=null):d.facets.forEach(v=>{v.
+min=null,v.max=null})))})}let xs=!1,Bl=!1,Fo=[];function fh(){Bl=!1;for(let f=0;f<Fo.length;f++)it(...Fo[f]);Fo.length=0}function eo(){xs||(_b(ea),xs=!0)}function ph(f,d=!1){
+xs=!0,Bl=d,f(n),ea(),d&&Fo.length>0&&queueMicrotask(fh)}n.batch=ph;function ea(){if($l&&(oh(),$l=!1),qn&&(Xp(),qn=!1),ms){if(ze(k,Eo,_e),ze(k,"top",je),ze(k,os,
+Z),ze(k,ss,ne),ze(g,Eo,_e),ze(g,"top",je),ze(g,os,Z),ze(g,ss,ne),ze(p,os,Rt),ze(p,ss,q),h.width=et(Rt*Le),h.height=et(q*Le),S.forEach(({_el:f,_show:d,_size:b,_pos:v,
+side:$})=>{if(f!=null)if(d){let A=$===3||$===0?b:0,F=$%2==1;ze(f,F?"left":"top",v-A),ze(f,F?"width":"height",b),ze(f,F?"top":"left",F?je:_e),ze(f,F?"height":"wi\
 dth",F?ne:Z),or(f,jn)}else Ot(f,jn)}),ws=Zn=Al=Ol=Cl=Nl=Pl=Rl=_l=null,Tt=1,jo(!0),_e!=Un||je!=Tn||Z!=Qt||ne!=$n){Qn(!1);let f=Z/Qt,d=ne/$n;if(be&&!Mn&&U.left>=0){
-U.left*=f,U.top*=d,to&&rn(to,et(U.left),0,Z,ne),no&&rn(no,0,et(U.top),Z,ne);for(let b=0;b<Ft.length;b++){let y=Ft[b];y!=null&&(Xn[b]*=f,Jn[b]*=d,rn(y,Vt(Xn[b]),
+U.left*=f,U.top*=d,to&&rn(to,et(U.left),0,Z,ne),no&&rn(no,0,et(U.top),Z,ne);for(let b=0;b<Ft.length;b++){let v=Ft[b];v!=null&&(Xn[b]*=f,Jn[b]*=d,rn(v,Vt(Xn[b]),
 Vt(Jn[b]),Z,ne))}}if(Fe.show&&!gs&&Fe.left>=0&&Fe.width>0){Fe.left*=f,Fe.width*=f,Fe.top*=d,Fe.height*=d;for(let b in Gl)ze(lo,b,Fe[b])}Un=_e,Tn=je,Qt=Z,$n=ne}it(
 "setSize"),ms=!1}Rt>0&&q>0&&(m.clearRect(0,0,h.width,h.height),it("drawClear"),O.forEach(f=>f()),it("draw")),Fe.show&&gs&&(ks(Fe),gs=!1),be&&Mn&&(On(null,!0,!1),
-Mn=!1),Y.show&&Y.live&&It&&(Wl(),It=!1),c||(c=!0,n.status=1,it("ready")),Io=!1,xs=!1}n.redraw=(f,d)=>{qn=d||!1,f!==!1?gn(L,C.min,C.max):eo()};function zl(f,d){let b=v[f];
-if(b.from==null){if(ut==0){let y=b.range(n,d.min,d.max,f);d.min=y[0],d.max=y[1]}if(d.min>d.max){let y=d.min;d.min=d.max,d.max=y}if(ut>1&&d.min!=null&&d.max!=null&&
+Mn=!1),X.show&&X.live&&It&&(Wl(),It=!1),c||(c=!0,n.status=1,it("ready")),Io=!1,xs=!1}n.redraw=(f,d)=>{qn=d||!1,f!==!1?gn(L,C.min,C.max):eo()};function zl(f,d){let b=x[f];
+if(b.from==null){if(ut==0){let v=b.range(n,d.min,d.max,f);d.min=v[0],d.max=v[1]}if(d.min>d.max){let v=d.min;d.min=d.max,d.max=v}if(ut>1&&d.min!=null&&d.max!=null&&
 d.max-d.min<1e-16)return;f==L&&b.distr==2&&ut>0&&(d.min=Jt(d.min,t[0]),d.max=Jt(d.max,t[0]),d.min==d.max&&d.max++),z[f]=d,$l=!0,eo()}}n.setScale=zl;let jl,Hl,to,
 no,ta,na,oo,so,oa,sa,Ie,He,mn=!1,ft=U.drag,st=ft.x,lt=ft.y;be&&(U.x&&(jl=Wt(eb,g)),U.y&&(Hl=Wt(tb,g)),C.ori==0?(to=jl,no=Hl):(to=Hl,no=jl),Ie=U.left,He=U.top);let Fe=n.
-select=Qe({show:!0,over:!0,left:0,width:0,top:0,height:0},e.select),lo=Fe.show?Wt(Qg,Fe.over?g:w):null;function ks(f,d){if(Fe.show){for(let b in f)Fe[b]=f[b],b in
-Gl&&ze(lo,b,f[b]);d!==!1&&it("setSelect")}}n.setSelect=ks;function hh(f){if(S[f].show)ae&&or(xe[f],jn);else if(ae&&Ot(xe[f],jn),be){let b=Yn?Ft[0]:Ft[f];b!=null&&
-rn(b,-10,-10,Z,ne)}}function gn(f,d,b){zl(f,{min:d,max:b})}function tn(f,d,b,y){d.focus!=null&&wh(f),d.show!=null&&S.forEach(($,A)=>{A>0&&(f==A||f==null)&&($.show=
-d.show,hh(A),s==2?(gn($.facets[0].scale,null,null),gn($.facets[1].scale,null,null)):gn($.scale,null,null),eo())}),b!==!1&&it("setSeries",f,d),y&&Ho("setSeries",
+select=Qe({show:!0,over:!0,left:0,width:0,top:0,height:0},e.select),lo=Fe.show?Wt(Qg,Fe.over?g:k):null;function ks(f,d){if(Fe.show){for(let b in f)Fe[b]=f[b],b in
+Gl&&ze(lo,b,f[b]);d!==!1&&it("setSelect")}}n.setSelect=ks;function hh(f){if(w[f].show)ae&&or(xe[f],jn);else if(ae&&Ot(xe[f],jn),be){let b=Yn?Ft[0]:Ft[f];b!=null&&
+rn(b,-10,-10,Z,ne)}}function gn(f,d,b){zl(f,{min:d,max:b})}function tn(f,d,b,v){d.focus!=null&&wh(f),d.show!=null&&w.forEach(($,A)=>{A>0&&(f==A||f==null)&&($.show=
+d.show,hh(A),s==2?(gn($.facets[0].scale,null,null),gn($.facets[1].scale,null,null)):gn($.scale,null,null),eo())}),b!==!1&&it("setSeries",f,d),v&&Ho("setSeries",
 n,f,d)}n.setSeries=tn;function dh(f,d){Qe(M[f],d)}function mh(f,d){f.fill=ve(f.fill||null),f.dir=$e(f.dir,-1),d=d??M.length,M.splice(d,0,f)}function gh(f){f==null?
-M.length=0:M.splice(f,1)}n.addBand=mh,n.setBand=dh,n.delBand=gh;function bh(f,d){S[f].alpha=d,be&&Ft[f]!=null&&(Ft[f].style.opacity=d),ae&&xe[f]&&(xe[f].style.opacity=
-d)}let an,bn,_n,io={focus:!0};function wh(f){if(f!=_n){let d=f==null,b=en.alpha!=1;S.forEach((y,$)=>{if(s==1||$>0){let A=d||$==0||$==f;y._focus=d?null:A,b&&bh($,
-A?1:en.alpha)}}),_n=f,b&&eo()}}ae&&Kn&&Xe(Iu,ee,f=>{U._lock||(Ln(f),_n!=null&&tn(null,io,!0,Je.setSeries))});function nn(f,d,b){let y=v[d];b&&(f=f/Le-(y.ori==1?
-je:_e));let $=Z;y.ori==1&&($=ne,f=$-f),y.dir==-1&&(f=$-f);let A=y._min,F=y._max,G=f/$,X=A+(F-A)*G,se=y.distr;return se==3?Mo(10,X):se==4?wb(X,y.asinh):se==100?y.
-bwd(X):X}function yh(f,d){let b=nn(f,L,d);return Jt(b,t[0],nt,ot)}n.valToIdx=f=>Jt(f,t[0]),n.posToIdx=yh,n.posToVal=nn,n.valToPos=(f,d,b)=>v[d].ori==0?l(f,v[d],
-b?Et:Z,b?Mt:0):r(f,v[d],b?Gt:ne,b?Dt:0),n.setCursor=(f,d,b)=>{Ie=f.left,He=f.top,On(null,d,b)};function la(f,d){ze(lo,Eo,Fe.left=f),ze(lo,os,Fe.width=d)}function ia(f,d){
-ze(lo,"top",Fe.top=f),ze(lo,ss,Fe.height=d)}let Bo=C.ori==0?la:ia,zo=C.ori==1?la:ia;function vh(){if(ae&&Y.live)for(let f=s==2?1:0;f<S.length;f++){if(f==0&&Ge)continue;
-let d=Y.values[f],b=0;for(let y in d)Ye[f][b++].firstChild.nodeValue=d[y]}}function Wl(f,d){if(f!=null&&(f.idxs?f.idxs.forEach((b,y)=>{te[y]=b}):kb(f.idx)||te.fill(
-f.idx),Y.idx=te[0]),ae&&Y.live){for(let b=0;b<S.length;b++)(b>0||s==1&&!Ge)&&xh(b,te[b]);vh()}It=!1,d!==!1&&it("setLegend")}n.setLegend=Wl;function xh(f,d){let b=S[f],
-y=f==0&&N==2?Ut:t[f],$;Ge?$=b.values(n,f,d)??H:($=b.value(n,d==null?null:y[d],f,d),$=$==null?H:{_:$}),Y.values[f]=$}function On(f,d,b){oa=Ie,sa=He,[Ie,He]=U.move(
-n,Ie,He),U.left=Ie,U.top=He,be&&(to&&rn(to,et(Ie),0,Z,ne),no&&rn(no,0,et(He),Z,ne));let y,$=nt>ot;an=Pe,bn=null;let A=C.ori==0?Z:ne,F=C.ori==1?Z:ne;if(Ie<0||ut==
-0||$){y=U.idx=null;for(let G=0;G<S.length;G++){let X=Ft[G];X!=null&&rn(X,-10,-10,Z,ne)}Kn&&tn(null,io,!0,f==null&&Je.setSeries),Y.live&&(te.fill(y),It=!0)}else{
-let G,X,se;s==1&&(G=C.ori==0?Ie:He,X=nn(G,L),y=U.idx=Jt(X,t[0],nt,ot),se=D(t[0][y],C,A,0));let le=-10,ie=-10,de=0,Me=0,Se=!0,we="",pe="";for(let ue=s==2?1:0;ue<
-S.length;ue++){let Be=S[ue],Ue=te[ue],rt=Ue==null?null:s==1?t[ue][Ue]:t[ue][1][Ue],Ce=U.dataIdx(n,ue,y,X),qe=Ce==null?null:s==1?t[ue][Ce]:t[ue][1][Ce];if(It=It||
-qe!=rt||Ce!=Ue,te[ue]=Ce,ue>0&&Be.show){let Lt=Ce==null?-10:Ce==y?se:D(s==1?t[0][Ce]:t[ue][0][Ce],C,A,0),mt=qe==null?-10:V(qe,s==1?v[Be.scale]:v[Be.facets[1].scale],
+M.length=0:M.splice(f,1)}n.addBand=mh,n.setBand=dh,n.delBand=gh;function bh(f,d){w[f].alpha=d,be&&Ft[f]!=null&&(Ft[f].style.opacity=d),ae&&xe[f]&&(xe[f].style.opacity=
+d)}let an,bn,_n,io={focus:!0};function wh(f){if(f!=_n){let d=f==null,b=en.alpha!=1;w.forEach((v,$)=>{if(s==1||$>0){let A=d||$==0||$==f;v._focus=d?null:A,b&&bh($,
+A?1:en.alpha)}}),_n=f,b&&eo()}}ae&&Kn&&Xe(Iu,ee,f=>{U._lock||(Ln(f),_n!=null&&tn(null,io,!0,Je.setSeries))});function nn(f,d,b){let v=x[d];b&&(f=f/Le-(v.ori==1?
+je:_e));let $=Z;v.ori==1&&($=ne,f=$-f),v.dir==-1&&(f=$-f);let A=v._min,F=v._max,G=f/$,J=A+(F-A)*G,se=v.distr;return se==3?Mo(10,J):se==4?wb(J,v.asinh):se==100?v.
+bwd(J):J}function yh(f,d){let b=nn(f,L,d);return Jt(b,t[0],nt,ot)}n.valToIdx=f=>Jt(f,t[0]),n.posToIdx=yh,n.posToVal=nn,n.valToPos=(f,d,b)=>x[d].ori==0?l(f,x[d],
+b?Et:Z,b?Mt:0):r(f,x[d],b?Gt:ne,b?Dt:0),n.setCursor=(f,d,b)=>{Ie=f.left,He=f.top,On(null,d,b)};function la(f,d){ze(lo,Eo,Fe.left=f),ze(lo,os,Fe.width=d)}function ia(f,d){
+ze(lo,"top",Fe.top=f),ze(lo,ss,Fe.height=d)}let Bo=C.ori==0?la:ia,zo=C.ori==1?la:ia;function vh(){if(ae&&X.live)for(let f=s==2?1:0;f<w.length;f++){if(f==0&&Ge)continue;
+let d=X.values[f],b=0;for(let v in d)Ye[f][b++].firstChild.nodeValue=d[v]}}function Wl(f,d){if(f!=null&&(f.idxs?f.idxs.forEach((b,v)=>{te[v]=b}):kb(f.idx)||te.fill(
+f.idx),X.idx=te[0]),ae&&X.live){for(let b=0;b<w.length;b++)(b>0||s==1&&!Ge)&&xh(b,te[b]);vh()}It=!1,d!==!1&&it("setLegend")}n.setLegend=Wl;function xh(f,d){let b=w[f],
+v=f==0&&N==2?Ut:t[f],$;Ge?$=b.values(n,f,d)??H:($=b.value(n,d==null?null:v[d],f,d),$=$==null?H:{_:$}),X.values[f]=$}function On(f,d,b){oa=Ie,sa=He,[Ie,He]=U.move(
+n,Ie,He),U.left=Ie,U.top=He,be&&(to&&rn(to,et(Ie),0,Z,ne),no&&rn(no,0,et(He),Z,ne));let v,$=nt>ot;an=Pe,bn=null;let A=C.ori==0?Z:ne,F=C.ori==1?Z:ne;if(Ie<0||ut==
+0||$){v=U.idx=null;for(let G=0;G<w.length;G++){let J=Ft[G];J!=null&&rn(J,-10,-10,Z,ne)}Kn&&tn(null,io,!0,f==null&&Je.setSeries),X.live&&(te.fill(v),It=!0)}else{
+let G,J,se;s==1&&(G=C.ori==0?Ie:He,J=nn(G,L),v=U.idx=Jt(J,t[0],nt,ot),se=D(t[0][v],C,A,0));let le=-10,ie=-10,de=0,Me=0,Se=!0,we="",pe="";for(let ue=s==2?1:0;ue<
+w.length;ue++){let Be=w[ue],Ue=te[ue],rt=Ue==null?null:s==1?t[ue][Ue]:t[ue][1][Ue],Ce=U.dataIdx(n,ue,v,J),qe=Ce==null?null:s==1?t[ue][Ce]:t[ue][1][Ce];if(It=It||
+qe!=rt||Ce!=Ue,te[ue]=Ce,ue>0&&Be.show){let Lt=Ce==null?-10:Ce==v?se:D(s==1?t[0][Ce]:t[ue][0][Ce],C,A,0),mt=qe==null?-10:V(qe,s==1?x[Be.scale]:x[Be.facets[1].scale],
 F,0);if(Kn&&qe!=null){let Bt=C.ori==1?Ie:He,qt=tt(en.dist(n,ue,Ce,mt,Bt));if(qt<an){let on=en.bias;if(on!=0){let At=nn(Bt,Be.scale),zt=qe>=0?1:-1,Kt=At>=0?1:-1;
 Kt==zt&&(Kt==1?on==1?qe>=At:qe<=At:on==1?qe<=At:qe>=At)&&(an=qt,bn=ue)}else an=qt,bn=ue}}if(It||Yn){let Bt,qt;C.ori==0?(Bt=Lt,qt=mt):(Bt=mt,qt=Lt);let on,At,zt,
 Kt,sn,gt,_t=!0,Cn=dt.bbox;if(Cn!=null){_t=!1;let bt=Cn(n,ue);zt=bt.left,Kt=bt.top,on=bt.width,At=bt.height}else zt=Bt,Kt=qt,on=At=dt.size(n,ue);if(gt=dt.fill(n,
 ue),sn=dt.stroke(n,ue),Yn)ue==bn&&an<=en.prox&&(le=zt,ie=Kt,de=on,Me=At,Se=_t,we=gt,pe=sn);else{let bt=Ft[ue];bt!=null&&(Xn[ue]=zt,Jn[ue]=Kt,Vu(bt,on,At,_t),Hu(
 bt,gt,sn),rn(bt,Vt(zt),Vt(Kt),Z,ne))}}}}if(Yn){let ue=en.prox,Be=_n==null?an<=ue:an>ue||bn!=_n;if(It||Be){let Ue=Ft[0];Ue!=null&&(Xn[0]=le,Jn[0]=ie,Vu(Ue,de,Me,
-Se),Hu(Ue,we,pe),rn(Ue,Vt(le),Vt(ie),Z,ne))}}}if(Fe.show&&mn)if(f!=null){let[G,X]=Je.scales,[se,le]=Je.match,[ie,de]=f.cursor.sync.scales,Me=f.cursor.drag;if(st=
-Me._x,lt=Me._y,st||lt){let{left:Se,top:we,width:pe,height:ue}=f.select,Be=f.scales[ie].ori,Ue=f.posToVal,rt,Ce,qe,Lt,mt,Bt=G!=null&&se(G,ie),qt=X!=null&&le(X,de);
-Bt&&st?(Be==0?(rt=Se,Ce=pe):(rt=we,Ce=ue),qe=v[G],Lt=D(Ue(rt,ie),qe,A,0),mt=D(Ue(rt+Ce,ie),qe,A,0),Bo(Zt(Lt,mt),tt(mt-Lt))):Bo(0,A),qt&&lt?(Be==1?(rt=Se,Ce=pe):
-(rt=we,Ce=ue),qe=v[X],Lt=V(Ue(rt,de),qe,F,0),mt=V(Ue(rt+Ce,de),qe,F,0),zo(Zt(Lt,mt),tt(mt-Lt))):zo(0,F)}else Ul()}else{let G=tt(oa-ta),X=tt(sa-na);if(C.ori==1){
-let de=G;G=X,X=de}st=ft.x&&G>=ft.dist,lt=ft.y&&X>=ft.dist;let se=ft.uni;se!=null?st&&lt&&(st=G>=se,lt=X>=se,!st&&!lt&&(X>G?lt=!0:st=!0)):ft.x&&ft.y&&(st||lt)&&(st=
+Se),Hu(Ue,we,pe),rn(Ue,Vt(le),Vt(ie),Z,ne))}}}if(Fe.show&&mn)if(f!=null){let[G,J]=Je.scales,[se,le]=Je.match,[ie,de]=f.cursor.sync.scales,Me=f.cursor.drag;if(st=
+Me._x,lt=Me._y,st||lt){let{left:Se,top:we,width:pe,height:ue}=f.select,Be=f.scales[ie].ori,Ue=f.posToVal,rt,Ce,qe,Lt,mt,Bt=G!=null&&se(G,ie),qt=J!=null&&le(J,de);
+Bt&&st?(Be==0?(rt=Se,Ce=pe):(rt=we,Ce=ue),qe=x[G],Lt=D(Ue(rt,ie),qe,A,0),mt=D(Ue(rt+Ce,ie),qe,A,0),Bo(Zt(Lt,mt),tt(mt-Lt))):Bo(0,A),qt&&lt?(Be==1?(rt=Se,Ce=pe):
+(rt=we,Ce=ue),qe=x[J],Lt=V(Ue(rt,de),qe,F,0),mt=V(Ue(rt+Ce,de),qe,F,0),zo(Zt(Lt,mt),tt(mt-Lt))):zo(0,F)}else Ul()}else{let G=tt(oa-ta),J=tt(sa-na);if(C.ori==1){
+let de=G;G=J,J=de}st=ft.x&&G>=ft.dist,lt=ft.y&&J>=ft.dist;let se=ft.uni;se!=null?st&&lt&&(st=G>=se,lt=J>=se,!st&&!lt&&(J>G?lt=!0:st=!0)):ft.x&&ft.y&&(st||lt)&&(st=
 lt=!0);let le,ie;st&&(C.ori==0?(le=oo,ie=Ie):(le=so,ie=He),Bo(Zt(le,ie),tt(ie-le)),lt||zo(0,F)),lt&&(C.ori==1?(le=oo,ie=Ie):(le=so,ie=He),zo(Zt(le,ie),tt(ie-le)),
-st||Bo(0,A)),!st&&!lt&&(Bo(0,0),zo(0,0))}if(ft._x=st,ft._y=lt,f==null){if(b){if(ba!=null){let[G,X]=Je.scales;Je.values[0]=G!=null?nn(C.ori==0?Ie:He,G):null,Je.values[1]=
-X!=null?nn(C.ori==1?Ie:He,X):null}Ho(Yi,n,Ie,He,Z,ne,y)}if(Kn){let G=b&&Je.setSeries,X=en.prox;_n==null?an<=X&&tn(bn,io,!0,G):an>X?tn(null,io,!0,G):bn!=_n&&tn(bn,
-io,!0,G)}}It&&(Y.idx=y,Wl()),d!==!1&&it("setCursor")}let wn=null;Object.defineProperty(n,"rect",{get(){return wn==null&&jo(!1),wn}});function jo(f=!1){f?wn=null:
-(wn=g.getBoundingClientRect(),it("syncRect",wn))}function ra(f,d,b,y,$,A,F){U._lock||mn&&f!=null&&f.movementX==0&&f.movementY==0||(Vl(f,d,b,y,$,A,F,!1,f!=null),
-f!=null?On(null,!0,!0):On(d,!0,!1))}function Vl(f,d,b,y,$,A,F,G,X){if(wn==null&&jo(!1),Ln(f),f!=null)b=f.clientX-wn.left,y=f.clientY-wn.top;else{if(b<0||y<0){Ie=
+st||Bo(0,A)),!st&&!lt&&(Bo(0,0),zo(0,0))}if(ft._x=st,ft._y=lt,f==null){if(b){if(ba!=null){let[G,J]=Je.scales;Je.values[0]=G!=null?nn(C.ori==0?Ie:He,G):null,Je.values[1]=
+J!=null?nn(C.ori==1?Ie:He,J):null}Ho(Yi,n,Ie,He,Z,ne,v)}if(Kn){let G=b&&Je.setSeries,J=en.prox;_n==null?an<=J&&tn(bn,io,!0,G):an>J?tn(null,io,!0,G):bn!=_n&&tn(bn,
+io,!0,G)}}It&&(X.idx=v,Wl()),d!==!1&&it("setCursor")}let wn=null;Object.defineProperty(n,"rect",{get(){return wn==null&&jo(!1),wn}});function jo(f=!1){f?wn=null:
+(wn=g.getBoundingClientRect(),it("syncRect",wn))}function ra(f,d,b,v,$,A,F){U._lock||mn&&f!=null&&f.movementX==0&&f.movementY==0||(Vl(f,d,b,v,$,A,F,!1,f!=null),
+f!=null?On(null,!0,!0):On(d,!0,!1))}function Vl(f,d,b,v,$,A,F,G,J){if(wn==null&&jo(!1),Ln(f),f!=null)b=f.clientX-wn.left,v=f.clientY-wn.top;else{if(b<0||v<0){Ie=
 -10,He=-10;return}let[se,le]=Je.scales,ie=d.cursor.sync,[de,Me]=ie.values,[Se,we]=ie.scales,[pe,ue]=Je.match,Be=d.axes[0].side%2==1,Ue=C.ori==0?Z:ne,rt=C.ori==1?
-Z:ne,Ce=Be?A:$,qe=Be?$:A,Lt=Be?y:b,mt=Be?b:y;if(Se!=null?b=pe(se,Se)?a(de,v[se],Ue,0):-10:b=Ue*(Lt/Ce),we!=null?y=ue(le,we)?a(Me,v[le],rt,0):-10:y=rt*(mt/qe),C.
-ori==1){let Bt=b;b=y,y=Bt}}X&&(d==null||d.cursor.event.type==Yi)&&((b<=1||b>=Z-1)&&(b=Bn(b,Z)),(y<=1||y>=ne-1)&&(y=Bn(y,ne))),G?(ta=b,na=y,[oo,so]=U.move(n,b,y)):
-(Ie=b,He=y)}let Gl={width:0,height:0,left:0,top:0};function Ul(){ks(Gl,!1)}let aa,ca,ua,fa;function pa(f,d,b,y,$,A,F){mn=!0,st=lt=ft._x=ft._y=!1,Vl(f,d,b,y,$,A,
-F,!0,!1),f!=null&&(Xe(Xi,tr,ha,!1),Ho(Ru,n,oo,so,Z,ne,null));let{left:G,top:X,width:se,height:le}=Fe;aa=G,ca=X,ua=se,fa=le}function ha(f,d,b,y,$,A,F){mn=ft._x=ft.
-_y=!1,Vl(f,d,b,y,$,A,F,!1,!0);let{left:G,top:X,width:se,height:le}=Fe,ie=se>0||le>0,de=aa!=G||ca!=X||ua!=se||fa!=le;if(ie&&de&&ks(Fe),ft.setScale&&ie&&de){let Me=G,
-Se=se,we=X,pe=le;if(C.ori==1&&(Me=X,Se=le,we=G,pe=se),st&&gn(L,nn(Me,L),nn(Me+Se,L)),lt)for(let ue in v){let Be=v[ue];ue!=L&&Be.from==null&&Be.min!=Pe&&gn(ue,nn(
-we+pe,ue),nn(we,ue))}Ul()}else U.lock&&(U._lock=!U._lock,On(d,!0,f!=null));f!=null&&(Pt(Xi,tr),Ho(Xi,n,Ie,He,Z,ne,null))}function kh(f,d,b,y,$,A,F){if(U._lock)return;
-Ln(f);let G=mn;if(mn){let X=!0,se=!0,le=10,ie,de;C.ori==0?(ie=st,de=lt):(ie=lt,de=st),ie&&de&&(X=Ie<=le||Ie>=Z-le,se=He<=le||He>=ne-le),ie&&X&&(Ie=Ie<oo?0:Z),de&&
-se&&(He=He<so?0:ne),On(null,!0,!0),mn=!1}Ie=-10,He=-10,te.fill(null),On(null,!0,!0),G&&(mn=G)}function da(f,d,b,y,$,A,F){U._lock||(Ln(f),Ll(),Ul(),f!=null&&Ho(Fu,
-n,Ie,He,Z,ne,null))}function ma(){E.forEach(Fw),Ml(n.width,n.height,!0)}Hn(sl,$o,ma);let ro={};ro.mousedown=pa,ro.mousemove=ra,ro.mouseup=ha,ro.dblclick=da,ro.setSeries=
-(f,d,b,y)=>{let $=Je.match[2];b=$(n,d,b),b!=-1&&tn(b,y,!0,!1)},be&&(Xe(Ru,g,pa),Xe(Yi,g,ra),Xe(Du,g,f=>{Ln(f),jo(!1)}),Xe(Iu,g,kh),Xe(Fu,g,da),cr.add(n),n.syncRect=
-jo);let Ss=n.hooks=e.hooks||{};function it(f,d,b){Bl?Fo.push([f,d,b]):f in Ss&&Ss[f].forEach(y=>{y.call(null,n,d,b)})}(e.plugins||[]).forEach(f=>{for(let d in f.
-hooks)Ss[d]=(Ss[d]||[]).concat(f.hooks[d])});let ga=(f,d,b)=>b,Je=Qe({key:null,setSeries:!1,filters:{pub:Yu,sub:Yu},scales:[L,S[1]?S[1].scale:null],match:[Xu,Xu,
-ga],values:[null,null]},U.sync);Je.match.length==2&&Je.match.push(ga),U.sync=Je;let ba=Je.key,ql=qf(ba);function Ho(f,d,b,y,$,A,F){Je.filters.pub(f,d,b,y,$,A,F)&&
-ql.pub(f,d,b,y,$,A,F)}ql.sub(n);function Sh(f,d,b,y,$,A,F){Je.filters.sub(f,d,b,y,$,A,F)&&ro[f](null,d,b,y,$,A,F)}n.pub=Sh;function Eh(){ql.unsub(n),cr.delete(n),
+Z:ne,Ce=Be?A:$,qe=Be?$:A,Lt=Be?v:b,mt=Be?b:v;if(Se!=null?b=pe(se,Se)?a(de,x[se],Ue,0):-10:b=Ue*(Lt/Ce),we!=null?v=ue(le,we)?a(Me,x[le],rt,0):-10:v=rt*(mt/qe),C.
+ori==1){let Bt=b;b=v,v=Bt}}J&&(d==null||d.cursor.event.type==Yi)&&((b<=1||b>=Z-1)&&(b=Bn(b,Z)),(v<=1||v>=ne-1)&&(v=Bn(v,ne))),G?(ta=b,na=v,[oo,so]=U.move(n,b,v)):
+(Ie=b,He=v)}let Gl={width:0,height:0,left:0,top:0};function Ul(){ks(Gl,!1)}let aa,ca,ua,fa;function pa(f,d,b,v,$,A,F){mn=!0,st=lt=ft._x=ft._y=!1,Vl(f,d,b,v,$,A,
+F,!0,!1),f!=null&&(Xe(Xi,tr,ha,!1),Ho(Ru,n,oo,so,Z,ne,null));let{left:G,top:J,width:se,height:le}=Fe;aa=G,ca=J,ua=se,fa=le}function ha(f,d,b,v,$,A,F){mn=ft._x=ft.
+_y=!1,Vl(f,d,b,v,$,A,F,!1,!0);let{left:G,top:J,width:se,height:le}=Fe,ie=se>0||le>0,de=aa!=G||ca!=J||ua!=se||fa!=le;if(ie&&de&&ks(Fe),ft.setScale&&ie&&de){let Me=G,
+Se=se,we=J,pe=le;if(C.ori==1&&(Me=J,Se=le,we=G,pe=se),st&&gn(L,nn(Me,L),nn(Me+Se,L)),lt)for(let ue in x){let Be=x[ue];ue!=L&&Be.from==null&&Be.min!=Pe&&gn(ue,nn(
+we+pe,ue),nn(we,ue))}Ul()}else U.lock&&(U._lock=!U._lock,On(d,!0,f!=null));f!=null&&(Pt(Xi,tr),Ho(Xi,n,Ie,He,Z,ne,null))}function kh(f,d,b,v,$,A,F){if(U._lock)return;
+Ln(f);let G=mn;if(mn){let J=!0,se=!0,le=10,ie,de;C.ori==0?(ie=st,de=lt):(ie=lt,de=st),ie&&de&&(J=Ie<=le||Ie>=Z-le,se=He<=le||He>=ne-le),ie&&J&&(Ie=Ie<oo?0:Z),de&&
+se&&(He=He<so?0:ne),On(null,!0,!0),mn=!1}Ie=-10,He=-10,te.fill(null),On(null,!0,!0),G&&(mn=G)}function da(f,d,b,v,$,A,F){U._lock||(Ln(f),Ll(),Ul(),f!=null&&Ho(Fu,
+n,Ie,He,Z,ne,null))}function ma(){S.forEach(Fw),Ml(n.width,n.height,!0)}Hn(sl,$o,ma);let ro={};ro.mousedown=pa,ro.mousemove=ra,ro.mouseup=ha,ro.dblclick=da,ro.setSeries=
+(f,d,b,v)=>{let $=Je.match[2];b=$(n,d,b),b!=-1&&tn(b,v,!0,!1)},be&&(Xe(Ru,g,pa),Xe(Yi,g,ra),Xe(Du,g,f=>{Ln(f),jo(!1)}),Xe(Iu,g,kh),Xe(Fu,g,da),cr.add(n),n.syncRect=
+jo);let Ss=n.hooks=e.hooks||{};function it(f,d,b){Bl?Fo.push([f,d,b]):f in Ss&&Ss[f].forEach(v=>{v.call(null,n,d,b)})}(e.plugins||[]).forEach(f=>{for(let d in f.
+hooks)Ss[d]=(Ss[d]||[]).concat(f.hooks[d])});let ga=(f,d,b)=>b,Je=Qe({key:null,setSeries:!1,filters:{pub:Yu,sub:Yu},scales:[L,w[1]?w[1].scale:null],match:[Xu,Xu,
+ga],values:[null,null]},U.sync);Je.match.length==2&&Je.match.push(ga),U.sync=Je;let ba=Je.key,ql=qf(ba);function Ho(f,d,b,v,$,A,F){Je.filters.pub(f,d,b,v,$,A,F)&&
+ql.pub(f,d,b,v,$,A,F)}ql.sub(n);function Sh(f,d,b,v,$,A,F){Je.filters.sub(f,d,b,v,$,A,F)&&ro[f](null,d,b,v,$,A,F)}n.pub=Sh;function Eh(){ql.unsub(n),cr.delete(n),
 Ve.clear(),sr(sl,$o,ma),u.remove(),ee?.remove(),it("destroy")}n.destroy=Eh;function Kl(){it("init",e,t),qr(t||e.data,!1),z[L]?zl(L,z[L]):Ll(),gs=Fe.show&&(Fe.width>
-0||Fe.height>0),Mn=It=!0,Ml(e.width,e.height)}return S.forEach(Gr),E.forEach(nh),o?o instanceof HTMLElement?(o.appendChild(u),Kl()):o(n,Kl):Kl(),n}ct.assign=Qe;
+0||Fe.height>0),Mn=It=!0,Ml(e.width,e.height)}return w.forEach(Gr),S.forEach(nh),o?o instanceof HTMLElement?(o.appendChild(u),Kl()):o(n,Kl):Kl(),n}ct.assign=Qe;
 ct.fmtNum=gr;ct.rangeNum=ll;ct.rangeLog=al;ct.rangeAsinh=dr;ct.orient=Vn;ct.pxRatio=Le;ct.join=Ab;ct.fmtDate=wr,ct.tzDate=zb;ct.sync=qf;{ct.addGap=kw,ct.clipGaps=
 fl;let e=ct.paths={points:Qf};e.linear=tp,e.stepped=Tw,e.bars=$w,e.spline=Lw}var Bw=["received","stamp","ros","xy"],lp=/^(axis|marks|show|line|at):([\w.+-]*)$/,zw=/(?:;[dr]){0,9}$/;function ip(e){let t=[""],o=0,n="";for(let s of e)n?n=s===
 n?"":n:`'"`.includes(s)?n=s:"([{".includes(s)?o+=1:")]}".includes(s)&&(o-=1),s===","&&o<=0&&!n?t.push(""):t[t.length-1]+=s;return t.map(s=>s.trim()).filter(Boolean)}
@@ -1000,11 +1001,11 @@ ${c}`)})}var n0=e=>(t,o,n)=>{let s=t.height<bp;return t.axes[n].label=s?null:e,s
 Math.max(-p,l-m),Math.min(p,r+m)],c=a(e0(l,r),Number.MAX_VALUE),[u,h]=Number.isFinite(c[1]-c[0])?c:a(0,Number.MAX_VALUE/(Number.isFinite(r-l)?1:2));return[e[0]??
 u,e[1]??h]},o0=Array.from({length:340},(e,t)=>[1,2,2.5,5].map(o=>+`${o}e${t-32}`)).flat(),s0=7,l0=(e,t)=>Math.max(64,20+s0*Math.max(0,...(t??[]).map(({length:o})=>o)));
 function wp(e,t,o,n){let{curves:s,isXy:l}=o,r={stroke:Po("--pale"),font:mp,grid:{stroke:Po("--line"),width:1},ticks:{stroke:Po("--line"),width:1}},a={...r,size:l0,
-incrs:o0,values:(S,E,v,M,L)=>Jc(E,L)},c=l?s.slice(1):s,u=c.some(S=>S.isRight),h=!u||c.some(S=>!S.isRight),m=s.length>Xw?1:1.5,p=s.map(S=>({label:S.text,stroke:S.
-colour,width:m,spanGaps:!1,scale:S.isRight?"right":"y",...l?{paths:()=>null,points:{show:!1}}:{}})),w=l?c0:f0,g=h?"y":"right",k={setSelect:[n.zoom],setCursor:[n.
-point],draw:[S=>{w(S,o),p0(S,o.lines,g)}]},x=S=>S===g?o.lines:[],T={x:{time:!0},y:{range:us(o.limits,x("y"))},right:{range:us([null,null],x("right"))}};return new ct(
+incrs:o0,values:(w,S,x,M,L)=>Jc(S,L)},c=l?s.slice(1):s,u=c.some(w=>w.isRight),h=!u||c.some(w=>!w.isRight),m=s.length>Xw?1:1.5,p=s.map(w=>({label:w.text,stroke:w.
+colour,width:m,spanGaps:!1,scale:w.isRight?"right":"y",...l?{paths:()=>null,points:{show:!1}}:{}})),k=l?c0:f0,g=h?"y":"right",y={setSelect:[n.zoom],setCursor:[n.
+point],draw:[w=>{k(w,o),p0(w,o.lines,g)}]},T=w=>w===g?o.lines:[],E={x:{time:!0},y:{range:us(o.limits,T("y"))},right:{range:us([null,null],T("right"))}};return new ct(
 {...t,series:[{},...p],axes:[{...r,values:l?void 0:t0,label:o.axis,labelSize:16,labelFont:mp,size:n0(o.axis)},...h?[{...a,scale:"y"}]:[],...u?[{...a,scale:"righ\
-t",side:1,grid:h?{show:!1}:r.grid}]:[]],scales:l?r0(o):T,legend:{show:!1},cursor:{drag:{x:!l,y:!1},points:{show:!l},...l?{}:{move:a0(o)}},hooks:k},_r(o),e)}function _r(e,[
+t",side:1,grid:h?{show:!1}:r.grid}]:[]],scales:l?r0(o):E,legend:{show:!1},cursor:{drag:{x:!l,y:!1},points:{show:!l},...l?{}:{move:a0(o)}},hooks:y},_r(o),e)}function _r(e,[
 t,o]=e.span()){let{curves:n,isXy:s}=e;if(s)return[vp(e),...n.map(()=>[0,1])];let l=(a,c)=>c.slice(Math.max(0,Fn(a,t)-1),Fn(a,o)+1),r=n.map(({times:a,values:c})=>[
 l(a,a),l(a,c)]);return r.length===1?r[0]:ct.join(r,n.map(()=>Kw))}var gl=({curves:e,span:t})=>e.slice(1).map(o=>({curve:o,points:hp(e[0],o,t())}));function i0(e){
 let[t,o]=[1/0,-1/0];for(let n of e)t=Math.min(t,n),o=Math.max(o,n);return t>o?[0,1]:[t,o]}var yp=(e,t)=>i0(e.flatMap(({points:o})=>o.filter(Boolean).map(n=>n[t]))),
@@ -1033,17 +1034,17 @@ this.curves.clear();for(let l of s)this.curves.set(l.text,l);this.follow(n)}foll
 o=>{t.take(o),o.fields?.length&&!t.times.length&&this.curves.has(t.text)&&this.on.fields(t,o.fields),this.on.change()},o=>{t.problem=o,this.on.change()})}followMarks(){
 this.closeMarks(),this.closeMarks=()=>{},this.marks=[],this.hasMarks&&(this.closeMarks=this.watch(["log_marks","bag_marks"],{},t=>{this.marks=[...this.marks,...t.
 marks].slice(-d0),this.on.change()}))}restart(){for(let t of this.all)this.follow(t);this.followMarks()}forget(){for(let t of this.all)t.forget();this.marks=[]}};var m0=3e3;function Sp(e,t){let o=i("div",{class:"bar legend"}),n=bo(t),s=i("div",{},o,n.element),l="",[r,a]=["",0];function c(p){p!==r&&(r=p,clearTimeout(a),n.
-offer(""),p&&(a=setTimeout(()=>n.offer(p),m0)))}function u(p){let w=i("b",{class:"swatch"});w.style.background=p.colour;let g=(S,E,v,M,L=null)=>i("button",{class:"\
-plain toggle","aria-pressed":String(v),"aria-label":L,title:E,onclick:()=>e.change(p,M)},S),k=Mr(p.field),x=i("input",{hidden:!0,size:28,value:k,placeholder:'m.\
-child_frame_id == "base_link"',spellcheck:"false","aria-label":`Only messages of ${p.topic} for which`,onchange:()=>e.change(p,{field:cp(p.field,p.topic,x.value.
-trim())})}),T=i("button",{class:"plain toggle","aria-pressed":String(!!k),onclick:()=>{x.hidden=!x.hidden,x.focus()},title:"Only messages for which an expressio\
-n over the message m is true"},"where");return i("span",{class:"curve"},w,i("span",{}),i("span",{class:"tools"},g("d/dt",`Derivative of ${p.field}`,p.isRate,{isRate:!p.
-isRate}),g("\u2192|","Right axis",p.isRight,{isRight:!p.isRight},`Right axis of ${p.field}`),T,x),i("button",{class:"plain","aria-label":`Remove ${p.text}`,onclick:()=>e.
+offer(""),p&&(a=setTimeout(()=>n.offer(p),m0)))}function u(p){let k=i("b",{class:"swatch"});k.style.background=p.colour;let g=(w,S,x,M,L=null)=>i("button",{class:"\
+plain toggle","aria-pressed":String(x),"aria-label":L,title:S,onclick:()=>e.change(p,M)},w),y=Mr(p.field),T=i("input",{hidden:!0,size:28,value:y,placeholder:'m.\
+child_frame_id == "base_link"',spellcheck:"false","aria-label":`Only messages of ${p.topic} for which`,onchange:()=>e.change(p,{field:cp(p.field,p.topic,T.value.
+trim())})}),E=i("button",{class:"plain toggle","aria-pressed":String(!!y),onclick:()=>{T.hidden=!T.hidden,T.focus()},title:"Only messages for which an expressio\
+n over the message m is true"},"where");return i("span",{class:"curve"},k,i("span",{}),i("span",{class:"tools"},g("d/dt",`Derivative of ${p.field}`,p.isRate,{isRate:!p.
+isRate}),g("\u2192|","Right axis",p.isRight,{isRight:!p.isRight},`Right axis of ${p.field}`),E,T),i("button",{class:"plain","aria-label":`Remove ${p.text}`,onclick:()=>e.
 remove(p)},"\xD7"))}let h=p=>i("span",{class:"curve"},i("b",{class:"swatch line"}),`line ${p}`,i("button",{class:"plain","aria-label":`Remove the line at ${p}`,
-onclick:()=>e.removeLine(p)},"\xD7"));function m(p,{time:w,place:g,isXy:k,lines:x}){let T=[...p.map(S=>`${S.text} ${S.colour}`),...x].join(`
-`);(T!==l||!o.childElementCount)&&P(o,p.map(u),x.map(h),p.length?i("span",{class:"key at"}):null),l=T,p.forEach((S,E)=>{let M=`${`${k&&E===0?"x: ":""}${S.field}${S.
-isRate?" d/dt":""}`}: ${S.textAt(w)}${S.lost?` (${S.lost} not shown)`:""} ${S.problem}`,L=o.children[E].children[1];L.textContent!==M&&(L.textContent=M)}),p.length&&
-(o.lastChild.textContent=g),c(p.find(S=>!S.times.length)?.topic??"")}return{element:s,draw:m}}var g0=/covariance\[\d+\]$/;function Ep(e){let t=i("div",{class:"bar offered",role:"group","aria-label":"Fields"});function o(n,s){let l=h=>{e(`${n}${h.startsWith(
+onclick:()=>e.removeLine(p)},"\xD7"));function m(p,{time:k,place:g,isXy:y,lines:T}){let E=[...p.map(w=>`${w.text} ${w.colour}`),...T].join(`
+`);(E!==l||!o.childElementCount)&&P(o,p.map(u),T.map(h),p.length?i("span",{class:"key at"}):null),l=E,p.forEach((w,S)=>{let M=`${`${y&&S===0?"x: ":""}${w.field}${w.
+isRate?" d/dt":""}`}: ${w.textAt(k)}${w.lost?` (${w.lost} not shown)`:""} ${w.problem}`,L=o.children[S].children[1];L.textContent!==M&&(L.textContent=M)}),p.length&&
+(o.lastChild.textContent=g),c(p.find(w=>!w.times.length)?.topic??"")}return{element:s,draw:m}}var g0=/covariance\[\d+\]$/;function Ep(e){let t=i("div",{class:"bar offered",role:"group","aria-label":"Fields"});function o(n,s){let l=h=>{e(`${n}${h.startsWith(
 "[")?"":"/"}${h}`),P(t)},r=h=>i("button",{onclick:()=>l(h)},h),[a,c]=[!0,!1].map(h=>s.filter(m=>g0.test(m)===h)),u=a.length>1&&c.length>0;P(t,i("span",{class:"k\
 ey"},`Numbers of ${n}:`),(u?c:s).map(r),u?i("details",{},i("summary",{},`${a.length} covariances`),a.map(r)):null,i("button",{class:"plain","aria-label":"Close \
 the choice",onclick:()=>P(t)},"\xD7"))}return{element:t,show:o}}var b0=10;function Tp(e){let t=[],o=l=>{t=[...new Set(l)].slice(-b0)},n=i("input",{size:6,placeholder:"value","aria-label":"Line at a value",onchange:()=>{let l=Number(
@@ -1057,27 +1058,27 @@ return;P(o,s.map(r=>i("option",{value:r.name})));let l=s.filter(({type:r})=>!x0.
 onclick:()=>t(r)},r)))}),{names:o,buttons:n}}var Lp=[["received","time of arrival"],["stamp","header stamp"],["ros","ROS time"],["xy","first curve (x-y)"]],Ap=5,k0=[10,30,60,300,1800],S0="Type a topic and \
 a field, such as /battery_topic or /imu/angular_velocity/x:y:z, or an expression over the message m, such as /cmd_vel=hypot(m.linear.x, m.linear.y). Drag over t\
 he curves to zoom, double-click to follow again; or use +, -, the arrow keys and 0.",E0=e=>(K.isRewind||e.isWhole)&&!e.isXy&&e.axis!=="stamp"?K.moment??null:null;
-function T0(e,t,o){let n=new bl(o,{change:()=>{C=!0},fields:(q,Z)=>{n.drop(q.text),oe(),v.show(q.field,Z)}}),s=Mp(o,q=>Q(q)),l=i("input",{size:34,placeholder:"/\
+function T0(e,t,o){let n=new bl(o,{change:()=>{C=!0},fields:(q,Z)=>{n.drop(q.text),oe(),x.show(q.field,Z)}}),s=Mp(o,q=>Q(q)),l=i("input",{size:34,placeholder:"/\
 topic/field or /topic/pose/x:y:z","aria-label":"Topic and field",spellcheck:"false",list:s.names.id}),r=i("select",{"aria-label":"Time span",onchange:()=>Xe()},
 k0.map(q=>i("option",{value:q,selected:q===30},q<60?`${q} s`:`${q/60} min`))),a=i("input",{size:6,placeholder:"auto","aria-label":"Lowest value",onchange:()=>De()}),
-c=i("input",{size:6,placeholder:"auto","aria-label":"Highest value",onchange:()=>De()}),u=i("select",{"aria-label":"X axis",onchange:()=>{Y(),z()}},Lp.map(([q,Z])=>i(
-"option",{value:q},Z))),h=i("input",{type:"checkbox",onchange:()=>{R(),z()}}),m=i("input",{type:"checkbox",onchange:()=>{C=N=!0,z()}}),p=Tp(()=>oe()),w=i("input",
-{type:"checkbox",checked:!0,onchange:()=>Y()}),g=i("label",{title:"Plot the whole bag; otherwise, the part since the last jump",hidden:!0},w,"Whole bag"),k=i("b\
-utton",{type:"button","aria-pressed":"false",onclick:()=>be(!J)},"Pause"),x=i("button",{type:"button",hidden:!0,title:"Show the newest samples again",onclick:()=>H(
-null,!0)},"Follow"),T=he(),S=Sp({change:(q,Z)=>{n.change(q,Z),oe()},remove:q=>{n.drop(q.text),oe()},removeLine:p.remove},o),E=$p(),v=Ep(q=>Q(q)),M=i("div",{class:"\
+c=i("input",{size:6,placeholder:"auto","aria-label":"Highest value",onchange:()=>De()}),u=i("select",{"aria-label":"X axis",onchange:()=>{X(),z()}},Lp.map(([q,Z])=>i(
+"option",{value:q},Z))),h=i("input",{type:"checkbox",onchange:()=>{R(),z()}}),m=i("input",{type:"checkbox",onchange:()=>{C=N=!0,z()}}),p=Tp(()=>oe()),k=i("input",
+{type:"checkbox",checked:!0,onchange:()=>X()}),g=i("label",{title:"Plot the whole bag; otherwise, the part since the last jump",hidden:!0},k,"Whole bag"),y=i("b\
+utton",{type:"button","aria-pressed":"false",onclick:()=>be(!Y)},"Pause"),T=i("button",{type:"button",hidden:!0,title:"Show the newest samples again",onclick:()=>H(
+null,!0)},"Follow"),E=he(),w=Sp({change:(q,Z)=>{n.change(q,Z),oe()},remove:q=>{n.drop(q.text),oe()},removeLine:p.remove},o),S=$p(),x=Ep(q=>Q(q)),M=i("div",{class:"\
 chart",tabindex:0,role:"application","aria-label":"Curves: the arrow keys move, + and - zoom, 0 follows again",onkeydown:q=>Ge(q)}),L=i("button",{type:"button",
 title:"Save the samples; after a zoom, those of the shown part",onclick:()=>yt("rqt_plot.csv",tu(n.all,Ye()),"text/csv")},"CSV"),I=Te("\u223F",S0,s.buttons);e.append(
-i("div",{class:"column"},ge({title:"Plot",tag:"form",onsubmit:q=>{q.preventDefault(),Q(l.value)}},l,s.names,i("button",{},"Add"),k,x,i("label",{},"Show",r),i("l\
+i("div",{class:"column"},ge({title:"Plot",tag:"form",onsubmit:q=>{q.preventDefault(),Q(l.value)}},l,s.names,i("button",{},"Add"),y,T,i("label",{},"Show",r),i("l\
 abel",{},"x",u),i("label",{},"y from",a),i("label",{},"to",c),i("label",{title:"Show warnings and errors in the log as dashed lines"},h,"Log entries"),g,i("labe\
-l",{title:"A horizontal line for reference"},"Line",p.input),i("label",{title:"Statistics of the samples shown"},m,"Statistics"),i("span",{class:"spring"}),L),T.
-element,v.element,S.element,E.element,I,M));let O=null;L0(M,()=>$0(n,O));let J=!1,_=!1,C=!1,N=!1,D=null,V=null,z=()=>o.remember(ap([...n.curves.keys()],u.value,
+l",{title:"A horizontal line for reference"},"Line",p.input),i("label",{title:"Statistics of the samples shown"},m,"Statistics"),i("span",{class:"spring"}),L),E.
+element,x.element,w.element,S.element,I,M));let O=null;L0(M,()=>$0(n,O));let Y=!1,_=!1,C=!1,N=!1,D=null,V=null,z=()=>o.remember(ap([...n.curves.keys()],u.value,
 h.checked,{hasStatistics:m.checked,lines:p.values()})),oe=()=>{z(),De()};function Q(q){Tr(q).forEach(Z=>n.add(Z)),l.value="",oe()}function R(){n.hasMarks=h.checked,
-n.followMarks(),C=!0}let W=null,j=()=>w.checked||!!K.bag?.rewind,te=()=>j()?K.bag:null;function Y(){let q=`${n.isWhole} ${n.times}`,Z=W===te();n.axis=u.value,n.
+n.followMarks(),C=!0}let W=null,j=()=>k.checked||!!K.bag?.rewind,te=()=>j()?K.bag:null;function X(){let q=`${n.isWhole} ${n.times}`,Z=W===te();n.axis=u.value,n.
 wantsWhole=j(),W=te(),(!Z||`${n.isWhole} ${n.times}`!==q)&&n.restart(),_=!1,V=null,o.times?.forget(e),De()}function U(q){let Z=rp(q);if(Z.at!==null&&!Z.curves.length){
 ae(Z.at);return}if(Z.curves.length===1&&Z.curves[0]===q&&n.curves.size&&!n.curves.has(q)){Q(q);return}p.set(Z.lines),m.checked=Z.hasStatistics;for(let je of[...n.
-curves.keys()])Z.curves.includes(je)||n.drop(je);let _e=u.value===Z.axis;u.value=Z.axis,Z.curves.forEach(je=>n.add(je)),_e?De():Y(),h.checked!==Z.hasMarks&&(h.checked=
-Z.hasMarks,R())}function ae(q){V=q,z(),!(!n.curves.size||n.isXy)&&(O||De(),H([q-Ap,q+Ap],!0))}function be(q){J=q,D=q?n.newest:null,k.setAttribute("aria-pressed",
-String(q)),P(k,q?"Resume":"Pause"),C=!0}function B(){let q=D??n.newest;if(n.isWhole)return[Math.min(n.oldest,q),q];let Z=o.times&&n.axis==="received"?o.times.range(
+curves.keys()])Z.curves.includes(je)||n.drop(je);let _e=u.value===Z.axis;u.value=Z.axis,Z.curves.forEach(je=>n.add(je)),_e?De():X(),h.checked!==Z.hasMarks&&(h.checked=
+Z.hasMarks,R())}function ae(q){V=q,z(),!(!n.curves.size||n.isXy)&&(O||De(),H([q-Ap,q+Ap],!0))}function be(q){Y=q,D=q?n.newest:null,y.setAttribute("aria-pressed",
+String(q)),P(y,q?"Resume":"Pause"),C=!0}function B(){let q=D??n.newest;if(n.isWhole)return[Math.min(n.oldest,q),q];let Z=o.times&&n.axis==="received"?o.times.range(
 e,n.oldest,q)[1]:q;return[Z-Number(r.value),Z]}let ee=q=>q.value.trim()===""||Number.isNaN(Number(q.value))?null:Number(q.value),re=()=>V??(n.isWhole&&n.axis!==
 "stamp"?K.state?.moment??null:null),me=()=>n.isXy?n.all[0]?.text:Lp.find(([q])=>q===u.value)[1],xe=()=>({axis:me(),curves:n.all,limits:[ee(a),ee(c)],lines:p.values(),
 isXy:n.isXy,span:B,moment:re,marks:()=>n.marks}),Ye=()=>_&&O&&!n.isXy?[O.scales.x.min,O.scales.x.max]:null;function De(){O?.destroy(),O=null,I.hidden=n.curves.size>
@@ -1086,36 +1087,36 @@ void 0&&(q.preventDefault(),H(Z,!0))}function H(q,Z){_=q!==null,C=N=!0,q||(V=nul
 received"&&o.times?.tell(O,q)},ye=!1;function We(q){_=q.select.width>0,C=N=!0;let Z=[q.select.left,q.select.left+q.select.width].map(ne=>q.posToVal(ne,"x"));_&&
 ce({range:Z})}function Ae(q){Pt(),ye||ce({time:q.cursor.left>=0?q.posToVal(q.cursor.left,"x"):null})}o.times?.listen(e,({plot:q,range:Z,time:ne})=>{!O||q===O||n.
 axis!=="received"||(Z!==void 0&&H(Z,!1),ne!==void 0&&(ye=!0,O.setCursor(ne===null?{left:-10,top:-10}:{left:O.valToPos(ne,"x"),top:0}),ye=!1))},o.signal);let Ve=()=>({
-width:Math.max(200,M.clientWidth-8),height:Math.max(40,M.clientHeight-10)});function Xe(){if(!O)return;C=N=!1,Pt(),T.show(n.isXy&&n.curves.size<2?"An x-y plot n\
-eeds two curves: the first is x.":V!==null&&V<n.oldest?`There are no samples at ${ml(V)}: the curves begin later.`:""),x.hidden=!_,P(L,_?"CSV of the shown part":
-"CSV"),E.element.hidden=!m.checked||n.isXy;let[q,Z]=B(),ne=Ye()??[q,Z];O.setData(_r(xe(),ne),n.isXy),!n.isXy&&(m.checked&&E.draw(n.all,ne),_||!Z?O.redraw():O.setScale(
+width:Math.max(200,M.clientWidth-8),height:Math.max(40,M.clientHeight-10)});function Xe(){if(!O)return;C=N=!1,Pt(),E.show(n.isXy&&n.curves.size<2?"An x-y plot n\
+eeds two curves: the first is x.":V!==null&&V<n.oldest?`There are no samples at ${ml(V)}: the curves begin later.`:""),T.hidden=!_,P(L,_?"CSV of the shown part":
+"CSV"),S.element.hidden=!m.checked||n.isXy;let[q,Z]=B(),ne=Ye()??[q,Z];O.setData(_r(xe(),ne),n.isXy),!n.isXy&&(m.checked&&S.draw(n.all,ne),_||!Z?O.redraw():O.setScale(
 "x",{min:q,max:Z>q?Z:q+1}))}function Pt(){let q=O&&O.cursor.left>=0?O.cursor.left:null,Z=q===null||n.isXy?null:Or(O,n.all,q),ne=q===null||n.isXy?null:Z??O.posToVal(
-q,"x"),_e=xp(O,xe(),{left:q,time:ne,isSample:Z!==null});S.draw(n.all,{time:ne??E0(n),place:_e,isXy:n.isXy,lines:p.values()})}function Rt(){g.hidden=!K.bag||K.bag.
-rewind,te()!==W&&Y(),C||=n.isWhole}return o.onSource(()=>{n.isWhole||(n.forget(),o.times?.forget(e),C=!0)}),K.addEventListener("change",Rt,{signal:o.signal}),requestAnimationFrame(
-function q(){o.signal.aborted||((N||C&&!J)&&o.isShown&&Xe(),requestAnimationFrame(q))}),new ResizeObserver(()=>O?.setSize(Ve())).observe(M),matchMedia("(prefers\
+q,"x"),_e=xp(O,xe(),{left:q,time:ne,isSample:Z!==null});w.draw(n.all,{time:ne??E0(n),place:_e,isXy:n.isXy,lines:p.values()})}function Rt(){g.hidden=!K.bag||K.bag.
+rewind,te()!==W&&X(),C||=n.isWhole}return o.onSource(()=>{n.isWhole||(n.forget(),o.times?.forget(e),C=!0)}),K.addEventListener("change",Rt,{signal:o.signal}),requestAnimationFrame(
+function q(){o.signal.aborted||((N||C&&!Y)&&o.isShown&&Xe(),requestAnimationFrame(q))}),new ResizeObserver(()=>O?.setSize(Ve())).observe(M),matchMedia("(prefers\
 -color-scheme: dark)").addEventListener("change",De,{signal:o.signal}),Rt(),t&&U(t),{go:U}}function $0(e,t){t?.cursor.left>=0&&e.isWhole&&!e.isXy&&e.axis!=="sta\
 mp"&&K.jump(t.posToVal(t.cursor.left,"x"))}var M0=4;function L0(e,t){let o=0;e.addEventListener("pointerdown",({clientX:n})=>{o=n}),e.addEventListener("click",({
-clientX:n})=>{Math.abs(n-o)<M0&&t()},{capture:!0})}var Pr={};Ze(Pr,{open:()=>A0});function A0(e,t,o){let{control:n}=o,s=i("input",{placeholder:"/topic",value:t,"aria-label":"Topic",spellcheck:"false",list:pt("publish-topics"),onchange:()=>w()}),
-l=i("input",{placeholder:"std_msgs/String","aria-label":"Type",spellcheck:"false",onchange:()=>g()}),r=i("input",{type:"number",value:1,min:0,max:1e3,step:"any",
-"aria-label":"Rate in hertz",title:"0 publishes once"}),a=i("textarea",{rows:12,class:"mono","aria-label":"Message in YAML",spellcheck:"false",placeholder:"The \
-message in YAML. A topic or a type fills in its fields."}),c=i("datalist",{id:s.getAttribute("list")}),u=he(),h=Ps(o.signal),m=[Ht(o.signal),ge({title:"Publish"}),
-u.element];e.append(i("div",{class:"column"},m,i("div",{class:"scroll form publishing"},n?null:i("p",{class:"note"},"This page is read-only. Start it with --con\
-trol to publish."),i("label",{},"Topic",s),c,i("label",{},"Type",l),i("label",{},"Rate in Hz",r),a,i("p",{},i("button",{disabled:!n,title:"Control+Enter","aria-\
-keyshortcuts":"Control+Enter",onclick:()=>k()},"Publish"),i("span",{class:"key"},"  With a rate of 0, the message is sent once, and to later subscribers until s\
-topped. Closing the page stops publishing.")),i("p",{class:"key"},"Texts that begin with = are expressions: data: =sin(t), where t is the time in seconds and i \
-counts the messages from 0."),h)));let p=[];o.watch("running_topics",{},x=>{p=x.topics,P(c,p.map(T=>i("option",{value:T.name}))),!l.value&&!a.value&&w()});function w(){
-let x=p.find(T=>T.name===s.value);x&&x.type!=="*"&&(l.value=x.type,g())}let g=()=>u.attempt(async()=>{let x=a.value,T=Dn(await o.act("message",{type:l.value}));
-a.value===x&&(a.value=T,document.activeElement===a&&a.select())});function k(){let x={name:s.value,type:l.value,message:a.value,rate:Number(r.value)};u.show(),ja(
-x,u.show)}return{go:x=>{x&&(s.value=x,w())}}}var Rr={};Ze(Rr,{open:()=>F0});function _p(e,{control:t,onChange:o,onState:n}){let s={control:t,onChange:o,onState:n,controls:new Map,groups:new Map};return{element:Op(e,o,s),showValue:(l,r)=>s.
+clientX:n})=>{Math.abs(n-o)<M0&&t()},{capture:!0})}var Pr={};Ze(Pr,{open:()=>A0});function A0(e,t,o){let{control:n}=o,s=i("input",{placeholder:"/topic",value:t,"aria-label":"Topic",spellcheck:"false",list:pt("publish-topics"),onchange:()=>g()}),
+l=i("input",{placeholder:"std_msgs/String","aria-label":"Type",spellcheck:"false",onchange:()=>y()}),r=i("input",{type:"number",value:1,min:0,max:1e3,step:"any",
+required:!0,"aria-label":"Rate in hertz",title:"0 publishes once"}),a=i("textarea",{rows:12,class:"mono","aria-label":"Message in YAML",spellcheck:"false",placeholder:"\
+The message in YAML. A topic or a type fills in its fields."}),c=i("datalist",{id:s.getAttribute("list")}),u=he(),h=Ps(o.signal),m=[Ht(o.signal),ge({title:"Publ\
+ish"}),u.element];e.append(i("div",{class:"column"},m,i("div",{class:"scroll form publishing"},n?null:i("p",{class:"note"},"This page is read-only. Start it wit\
+h --control to publish."),i("label",{},"Topic",s),c,i("label",{},"Type",l),i("label",{},"Rate in Hz",r),a,i("p",{},i("button",{disabled:!n,title:"Control+Enter",
+"aria-keyshortcuts":"Control+Enter",onclick:()=>T()},"Publish"),i("span",{class:"key"},"  With a rate of 0, the message is sent once, and to later subscribers u\
+ntil stopped. Closing the page stops publishing.")),i("p",{class:"key"},"Texts that begin with = are expressions: data: =sin(t), where t is the time in seconds \
+and i counts the messages from 0."),h)));let p=[],k=o.newest();o.watch("running_topics",{},E=>{p=E.topics,P(c,p.map(w=>i("option",{value:w.name}))),!l.value&&!a.
+value&&g()});function g(){let E=p.find(w=>w.name===s.value);E&&E.type!=="*"&&(E.type!==l.value||!a.value)&&(l.value=E.type,y())}let y=()=>u.attempt(async()=>{let E=a.
+value,w=Dn(await k("message",{type:l.value}));a.value===E&&(a.value=w,document.activeElement===a&&a.select())});function T(){if(!r.reportValidity())return;let E={
+name:s.value,type:l.value,message:a.value,rate:Number(r.value)};u.show(),ja(E,u.show)}return{go:E=>{E&&(s.value=E,g())}}}var Rr={};Ze(Rr,{open:()=>F0});function _p(e,{control:t,onChange:o,onState:n}){let s={control:t,onChange:o,onState:n,controls:new Map,groups:new Map};return{element:Op(e,o,s),showValue:(l,r)=>s.
 controls.get(l)?.show(r),showState:(l,r)=>s.groups.get(l)?.show(r)}}function Op(e,t,o){return i("div",{class:"group"},e.parameters.map(n=>O0(n,t,o)),e.groups.map(
 n=>_0(n,t,o)))}function _0(e,t,o){let n=!o.control,s=e.type==="collapse"||e.type==="hide",l={},r=Op(e,e.type==="apply"?(u,h)=>{l[u]=h}:t,o);e.type==="apply"&&r.
 append(i("p",{},i("button",{disabled:n,onclick:()=>{for(let[u,h]of Object.entries(l))o.onChange(u,h);l={}}},"Apply")));let a=s?i("input",{type:"checkbox",disabled:n,
 "aria-label":`State of ${e.name}`,onchange:()=>o.onState(e.name,a.checked)}):null,c=i("details",{open:!0},i("summary",{},e.name.replaceAll("_"," ")),r);return o.
 groups.set(e.name,{show:u=>{a&&(a.checked=u,c.open=u,r.hidden=e.type==="hide"&&!u)}}),i("div",{class:"below"},c,a?i("label",{class:"state"},a,"on"):null)}function O0(e,t,o){
-let{name:n,type:s,constants:l}=e,r=!o.control,a=!1,c=()=>{a=!0},u=k=>{a=!1,t(n,k)},h=l.length?C0:{bool:N0,str:P0}[s]??R0,{parts:m,show:p}=h(e,r,u,c),w=i("button",
+let{name:n,type:s,constants:l}=e,r=!o.control,a=!1,c=()=>{a=!0},u=y=>{a=!1,t(n,y)},h=l.length?C0:{bool:N0,str:P0}[s]??R0,{parts:m,show:p}=h(e,r,u,c),k=i("button",
 {class:"plain reset",disabled:r,title:`Back to the default: ${e.default}`,"aria-label":`Reset ${n} to ${e.default}`,onclick:()=>t(n,e.default)},"\u21BA"),g=i("d\
-iv",{class:"setting"},i("span",{class:"label",title:e.description},n),i("span",{class:"control"},m),w,i("span",{class:"about"},e.description));return o.controls.
-set(n,{show:k=>{a&&g.contains(document.activeElement)||(p(k),w.style.visibility=k===e.default?"hidden":"")}}),g}function C0({name:e,constants:t},o,n){let s=i("s\
+iv",{class:"setting"},i("span",{class:"label",title:e.description},n),i("span",{class:"control"},m),k,i("span",{class:"about"},e.description));return o.controls.
+set(n,{show:y=>{a&&g.contains(document.activeElement)||(p(y),k.style.visibility=y===e.default?"hidden":"")}}),g}function C0({name:e,constants:t},o,n){let s=i("s\
 elect",{disabled:o,"aria-label":e,onchange:()=>n(t[s.selectedIndex]?.value)},t.map(l=>i("option",{title:l.text},`${l.name} (${l.value})`)),i("option",{disabled:!0,
 hidden:!0}));return{parts:[s],show:l=>{let r=t.findIndex(a=>a.value===l);s.options[t.length].textContent=`${l} (not in the list)`,s.selectedIndex=r<0?t.length:r}}}
 function N0({name:e},t,o){let n=i("input",{type:"checkbox",disabled:t,"aria-label":e,onchange:()=>o(n.checked)});return{parts:[n],show:s=>{n.checked=s}}}function P0({
@@ -1127,15 +1128,15 @@ class:"bound"},o[1])):null,r]}}var D0=e=>e.trim()===""||Number.isNaN(Number(e))?
 floor(Math.log10(n-o)));return Math.min(n,Math.max(o,Number(e.toFixed(Math.min(s,20)))))}function F0(e,t,o){let{control:n}=o,s=i("input",{type:"search",placeholder:"Filter","aria-label":"Filter servers",oninput:()=>g()}),l=he(),r=i("ul",{class:"serv\
 ers","aria-label":"Servers"}),a=i("div",{class:"scroll settings"},i("div",{class:"note"},fi));e.append(i("div",{class:"column"},Ht(o.signal),ge({title:"Reconfig\
 ure"},yn("reconfigure"),s,i("span",{class:"spring"}),i("span",{class:"key"},n?"":"Start with --control to change parameters.")),l.element,i("div",{class:"split"},
-r,a)));let c=[],u="",h=()=>{},m=null,p={values:{},states:{}},w=B0(o,()=>u,T,v=>{l.show(v),S(p)});function g(){let v=s.value.trim().toLowerCase(),M=c.filter(L=>L.
-toLowerCase().includes(v));P(r,M.length?M.map(L=>i("li",{},i("button",{class:"plain","aria-current":L===u?"true":null,onclick:()=>{o.remember(L),k(L)}},L))):i("\
-li",{class:"key"},c.length?"No server matches.":"No node offers dynamic_reconfigure."))}function k(v){h(),u=v,m=null,w.clear(),l.show(),P(a,i("div",{class:"note"},
-`Waiting for ${v} \u2026`)),g(),h=o.watch("reconfigure",{name:v},M=>{M.groups&&x(M.groups),M.values&&S(M)},l.show)}function x(v){m=_p(v,{control:n,onChange:(M,L)=>w.
-change("changes",M,L),onState:(M,L)=>w.change("states",M,L)}),P(a,i("h2",{},u),m.element)}function T(v){l.show(),S(v)}function S(v){p={values:{...p.values,...v.
-values},states:{...p.states,...v.states}};for(let[M,L]of Object.entries(v.values))w.isChanging("changes",M)||m?.showValue(M,L);for(let[M,L]of Object.entries(v.states))
-w.isChanging("states",M)||m?.showState(M,L)}let E=()=>`${u} is no longer offered.`;return o.watch("reconfigurable",{},v=>{let M=!c.length;(c.join()!==v.servers.
-join()||M)&&(c=v.servers,g()),u?l.show(c.includes(u)?l.element.textContent===E()?"":l.element.textContent:E()):t?k(t):c.length?k(c[0]):P(a)},l.show),{go:v=>{v&&
-k(v)}}}var Ro=()=>({changes:{},states:{}});function B0(e,t,o,n){let s=Ro(),l=Ro(),r=!1;async function a(){if(!r){for(r=!0;Object.keys(s.changes).length||Object.
+r,a)));let c=[],u="",h=()=>{},m=null,p={values:{},states:{}},k=B0(o,()=>u,E,x=>{l.show(x),w(p)});function g(){let x=s.value.trim().toLowerCase(),M=c.filter(L=>L.
+toLowerCase().includes(x));P(r,M.length?M.map(L=>i("li",{},i("button",{class:"plain","aria-current":L===u?"true":null,onclick:()=>{o.remember(L),y(L)}},L))):i("\
+li",{class:"key"},c.length?"No server matches.":"No node offers dynamic_reconfigure."))}function y(x){h(),u=x,m=null,k.clear(),l.show(),P(a,i("div",{class:"note"},
+`Waiting for ${x} \u2026`)),g(),h=o.watch("reconfigure",{name:x},M=>{M.groups&&T(M.groups),M.values&&w(M)},l.show)}function T(x){m=_p(x,{control:n,onChange:(M,L)=>k.
+change("changes",M,L),onState:(M,L)=>k.change("states",M,L)}),P(a,i("h2",{},u),m.element)}function E(x){l.show(),w(x)}function w(x){p={values:{...p.values,...x.
+values},states:{...p.states,...x.states}};for(let[M,L]of Object.entries(x.values))k.isChanging("changes",M)||m?.showValue(M,L);for(let[M,L]of Object.entries(x.states))
+k.isChanging("states",M)||m?.showState(M,L)}let S=()=>`${u} is no longer offered.`;return o.watch("reconfigurable",{},x=>{let M=!c.length;(c.join()!==x.servers.
+join()||M)&&(c=x.servers,g()),u?l.show(c.includes(u)?l.element.textContent===S()?"":l.element.textContent:S()):t?y(t):c.length?y(c[0]):P(a)},l.show),{go:x=>{x&&
+y(x)}}}var Ro=()=>({changes:{},states:{}});function B0(e,t,o,n){let s=Ro(),l=Ro(),r=!1;async function a(){if(!r){for(r=!0;Object.keys(s.changes).length||Object.
 keys(s.states).length;){let c={name:t(),...s};l=s,s=Ro();try{let u=await e.act("set_reconfigured",c);l=Ro(),c.name===t()&&o(u)}catch(u){l=Ro(),c.name===t()&&n(u.
 message)}}r=!1}}return{change(c,u,h){s[c][u]=h,a()},clear(){s=Ro()},isChanging:(c,u)=>u in s[c]||u in l[c]}}var Dr={};Ze(Dr,{open:()=>G0});var z0="/ROS 2/",j0={topics:"topic",services:"service",actions:"action"},H0=/^([\d.]+)\/s, (\d+) dropped(?:: (.*))?$/s,W0=[{title:"Name",text:({name:e})=>e,order:({
 name:e})=>e},{title:"Kind",text:({kind:e})=>j0[e]??e,order:({kind:e})=>e},{title:"Direction",text:({direction:e})=>e==="to_ros1"?"to ROS 1":"to ROS 2",order:({direction:e})=>e},
@@ -1155,29 +1156,29 @@ u(h))}),n.addEventListener("pointermove",h=>{l&&n.hasPointerCapture(h.pointerId)
 h,a);return{element:n,move:r,setOn(h){l=h,n.classList.toggle("on",l)}}}function U0(e,t){let[o,n]=[(e.clientX-t.left)/t.width-.5,(e.clientY-t.top)/t.height-.5],s=Math.
 max(1,Math.hypot(o,n)/fs);return[-n/fs/s,-o/fs/s]}var q0="Hold the arrow keys or W, A, S, D, or drag the knob. Letting go stops the robot. The server stops it, too, if this page is silent for half a second.",Rp="\
 geometry_msgs/Twist",K0="/cmd_vel",Y0=100;function X0(e,t,o){let{control:n}=o,s=i("datalist",{id:pt("velocity-topics")}),l=i("input",{value:t||K0,list:s.id,"ari\
-a-label":"Topic",spellcheck:"false",onchange:()=>{x=!0,E(!1),o.remember(l.value)}}),r=(_,C)=>i("input",{type:"number",value:C,min:0,step:.1,"aria-label":_,onchange:()=>{
-k&&v()}}),[a,c]=[r("Highest speed in m/s",.5),r("Highest turn rate in rad/s",1)],u=i("button",{disabled:!n,"aria-pressed":"false",onclick:()=>E(!k)},"Start"),h=Pp(
-_=>{S=_,I(),O()},o.signal),m=i("div",{class:"figures",role:"status"}),p=he(),w=Q0(o);e.append(i("div",{class:"column"},Ht(o.signal),ge({title:"Teleop"}),p.element,
+a-label":"Topic",spellcheck:"false",onchange:()=>{T=!0,S(!1),o.remember(l.value)}}),r=(_,C)=>i("input",{type:"number",value:C,min:0,step:.1,"aria-label":_,onchange:()=>{
+y&&x()}}),[a,c]=[r("Highest speed in m/s",.5),r("Highest turn rate in rad/s",1)],u=i("button",{disabled:!n,"aria-pressed":"false",onclick:()=>S(!y)},"Start"),h=Pp(
+_=>{w=_,I(),O()},o.signal),m=i("div",{class:"figures",role:"status"}),p=he(),k=Q0(o);e.append(i("div",{class:"column"},Ht(o.signal),ge({title:"Teleop"}),p.element,
 i("div",{class:"scroll form steering"},n?null:i("p",{class:"note"},"This page is read-only. Start it with --control to steer."),i("label",{},"Topic",l),s,i("lab\
-el",{},"Speed limit, m/s",a),i("label",{},"Turn limit, rad/s",c),i("p",{},u),h.element,m,i("p",{class:"note"},q0))),w.element);let g=Z0(o,_=>{k&&p.show(_)}),k=!1,
-x=!!t,T=null,S=[0,0];function E(_){k=_,u.setAttribute("aria-pressed",String(k)),P(u,k?"Stop":"Start"),h.setOn(k),g.end(),h.move([0,0]),k&&(v(),h.element.focus())}
-function v(){p.show();let _={linear:Number(a.value),angular:Number(c.value)};g.begin({name:l.value,..._},C=>{T=C.listeners,I()},M)}let M=_=>{E(!1),p.show(_)},L=()=>({
-linear:S[0]*Number(a.value),angular:S[1]*Number(c.value)});function I(){let{linear:_,angular:C}=L();P(m,`${_.toFixed(2)} m/s, ${C.toFixed(2)} rad/s`,k&&T!==null?
-`, ${T||"no"} subscriber${T===1?"":"s"}`:"")}let O=()=>{k&&fe.isCurrent&&g.send(L(),!S[0]&&!S[1])},J=setInterval(O,Y0);o.signal.addEventListener("abort",()=>clearInterval(
-J));for(let _ of["state","silence"])fe.addEventListener(_,()=>{!k||fe.isCurrent||M(fe.isOpen?"The server does not answer. Unless it is suspended, it has stopped\
+el",{},"Speed limit, m/s",a),i("label",{},"Turn limit, rad/s",c),i("p",{},u),h.element,m,i("p",{class:"note"},q0))),k.element);let g=Z0(o,_=>{y&&p.show(_)}),y=!1,
+T=!!t,E=null,w=[0,0];function S(_){y=_,u.setAttribute("aria-pressed",String(y)),P(u,y?"Stop":"Start"),h.setOn(y),g.end(),h.move([0,0]),y&&(x(),h.element.focus())}
+function x(){p.show();let _={linear:Number(a.value),angular:Number(c.value)};g.begin({name:l.value,..._},C=>{E=C.listeners,I()},M)}let M=_=>{S(!1),p.show(_)},L=()=>({
+linear:w[0]*Number(a.value),angular:w[1]*Number(c.value)});function I(){let{linear:_,angular:C}=L();P(m,`${_.toFixed(2)} m/s, ${C.toFixed(2)} rad/s`,y&&E!==null?
+`, ${E||"no"} subscriber${E===1?"":"s"}`:"")}let O=()=>{y&&fe.isCurrent&&g.send(L(),!w[0]&&!w[1])},Y=setInterval(O,Y0);o.signal.addEventListener("abort",()=>clearInterval(
+Y));for(let _ of["state","silence"])fe.addEventListener(_,()=>{!y||fe.isCurrent||M(fe.isOpen?"The server does not answer. Unless it is suspended, it has stopped\
  the robot. Start again.":"The connection to the server was lost, and the robot was stopped. Start again.")},{signal:o.signal});return o.watch("running_topics",
-{},_=>{let C=_.topics.filter(N=>N.type===Rp).map(N=>N.name);P(s,C.map(N=>i("option",{value:N}))),!x&&!k&&(l.value=J0(_.topics,l.value)),w.look(Ta(_.topics)[0]??
-"")}),o.onShown=_=>{!_&&k&&E(!1)},I(),{go:_=>{_===l.value||!_||(E(!1),x=!0,l.value=_)}}}function J0(e,t){let o=e.filter(n=>n.type===Rp&&n.subscribers.length).map(
+{},_=>{let C=_.topics.filter(N=>N.type===Rp).map(N=>N.name);P(s,C.map(N=>i("option",{value:N}))),!T&&!y&&(l.value=J0(_.topics,l.value)),k.look(Ta(_.topics)[0]??
+"")}),o.onShown=_=>{!_&&y&&S(!1)},I(),{go:_=>{_===l.value||!_||(S(!1),T=!0,l.value=_)}}}function J0(e,t){let o=e.filter(n=>n.type===Rp&&n.subscribers.length).map(
 n=>n.name);return o.includes(t)?t:o[0]??t}function Z0(e,t){let o="",n=()=>{},s=!0,l=!1;function r(){n(),n=()=>{}}function a(u,h,m){r();let p=[...crypto.getRandomValues(
-new Uint32Array(4))].join("-");o=p,n=e.watch("teleop",{session:o,...u},h,w=>{o===p&&w&&m(w)})}async function c(u,h){if(!(h?s:l)){s=h,l=!0;try{await e.act("steer",
+new Uint32Array(4))].join("-");o=p,n=e.watch("teleop",{session:o,...u},h,k=>{o===p&&k&&m(k)})}async function c(u,h){if(!(h?s:l)){s=h,l=!0;try{await e.act("steer",
 {session:o,...u})}catch(m){t(m.message)}finally{l=!1}}}return{begin:a,end:r,send:c}}function Q0(e){let t=es("Camera"),o=Te("\u25A7"),n=null,s=()=>{};function l(r){
 r!==n&&(n=r,s(),t.clear(),o.hidden=!1,P(o,r?`No image received yet on ${r}.`:"No camera to show beside the stick."),r&&(s=e.watch("image",{name:r},a=>{a instanceof
 DataView&&t.show(a).then(()=>{o.hidden=!0},c=>P(o,c.message))})))}return{element:i("div",{class:"beside"},o,t.area),look:l}}var zr={};Ze(zr,{open:()=>ry});var Br=">";function Ip(e,t){let o=i("datalist",{id:pt("frame-names")}),n=g=>i("input",{list:o.id,size:16,spellcheck:"false","aria-label":g,placeholder:g,onchange:()=>m()}),
 [s,l]=[n("In frame"),n("Pose of frame")],r=ge({title:"Frames"},i("span",{},"Pose of"),l,i("span",{},"in"),s,o),a=i("div",{}),c=i("div",{class:"pair",hidden:!0,role:"\
 region","aria-label":"Transform"},a),u=()=>{},h="";function m(){s.value&&l.value&&t(`${s.value}${Br}${l.value}`)}function p(g){g!==h&&(h=g,u(),u=()=>{},c.hidden=
-!g.includes(Br),!c.hidden&&([s.value,l.value]=g.split(Br),u=e.watch("transform",{target:s.value,source:l.value},k=>Ne(a,i("div",{},ey(k))),k=>P(a,k))))}function w(g){
-let k=[...new Set(g.flatMap(x=>[x.frame,x.parent]))].sort();k.join()!==[...o.children].map(x=>x.value).join()&&P(o,k.map(x=>i("option",{value:x})))}return{bar:r,
-element:c,go:p,offer:w}}function ey(e){return[...e.error?[i("p",{class:"error"},e.error)]:[i("dl",{},wl("Translation (m)",e.translation),wl("Rotation (x, y, z, \
+!g.includes(Br),!c.hidden&&([s.value,l.value]=g.split(Br),u=e.watch("transform",{target:s.value,source:l.value},y=>Ne(a,i("div",{},ey(y))),y=>P(a,y))))}function k(g){
+let y=[...new Set(g.flatMap(T=>[T.frame,T.parent]))].sort();y.join()!==[...o.children].map(T=>T.value).join()&&P(o,y.map(T=>i("option",{value:T})))}return{bar:r,
+element:c,go:p,offer:k}}function ey(e){return[...e.error?[i("p",{class:"error"},e.error)]:[i("dl",{},wl("Translation (m)",e.translation),wl("Rotation (x, y, z, \
 w)",e.rotation),wl("Roll, pitch, yaw (\xB0)",e.angles),wl("Time (s)",e.stamp===0?["static"]:[e.stamp.toFixed(3)]))],i("p",{class:"key"},Dp(e.source)),i("p",{class:"\
 key"},Dp(e.target))]}var wl=(e,t)=>[i("dt",{},e),i("dd",{class:"mono"},t.join("  "))],Dp=e=>e.map((t,o)=>[`${o?"":`${t.frame}`} \u2190 ${t.parent} (${t.from||"u\
 nknown"}, ${t.age===null?"static":`${t.age} s ago`}`,t.stale?[", ",xt(t.age)]:null,")"]);var ty=e=>e.static?"static":e.stale?xt(e.age):jt(wt(e.rate)),ny=e=>e.static?"":e.stale?xt(null,`${e.age.toFixed(1)} s`):`${e.age.toFixed(1)} s`,oy=3600,sy=({delay:e})=>Math.
@@ -1187,9 +1188,9 @@ static||e.stale||e.delay===null?"":sy(e),order:e=>e.delay}],iy="Frames whose tra
 s=Us("Tree of frames",p=>h(Fp(p)===n?"":Fp(p))),l=at(ly,{label:"Frames",keyOf:p=>p.frame,onChoose:p=>h(p===n?"":p),sortBy:"Frame"}),r=he(),a=Te("\u22B9","No tra\
 nsform received yet on /tf or /tf_static."),c=i("span",{class:"pale",title:iy}),u=Ip(o,p=>h(p));e.append(i("div",{class:"column graph"},u.bar,r.element,a,u.element,
 i("div",{class:"stage"},s.element,i("div",{class:"corner"},c,s.zoomButtons())),i("div",{class:"scroll half"},l.element)));function h(p){o.remember(p),m(p)}function m(p){
-n=p,u.go(p),s.emphasise(p?`frame:${p}`:null),l.mark(p)}return o.watch("frames",{},p=>{a.hidden=p.frames.length>0,r.show(p.error),p.scene&&s.draw(p.scene);let w=p.
-frames.filter(k=>k.stale);s.markStale(w.map(k=>`frame:${k.frame}`));let g=`${p.frames.length} frame${p.frames.length===1?"":"s"}`;P(c,`${g} since this view was \
-opened`,w.length?`, ${w.length} stale`:""),l.show(p.frames),u.offer(p.frames),s.emphasise(n?`frame:${n}`:null),l.mark(n)},r.show),e.addEventListener("keydown",p=>{
+n=p,u.go(p),s.emphasise(p?`frame:${p}`:null),l.mark(p)}return o.watch("frames",{},p=>{a.hidden=p.frames.length>0,r.show(p.error),p.scene&&s.draw(p.scene);let k=p.
+frames.filter(y=>y.stale);s.markStale(k.map(y=>`frame:${y.frame}`));let g=`${p.frames.length} frame${p.frames.length===1?"":"s"}`;P(c,`${g} since this view was \
+opened`,k.length?`, ${k.length} stale`:""),l.show(p.frames),u.offer(p.frames),s.emphasise(n?`frame:${n}`:null),l.mark(n)},r.show),e.addEventListener("keydown",p=>{
 if(!p.target.matches("input")){if(p.key==="Escape"&&n)h("");else if(!s.onKey(p))return;p.preventDefault()}}),n&&m(n),{go:m}}var Fp=e=>e.slice(6);var jr={};Ze(jr,{open:()=>my});function Bp(e,t){let o=[...e].sort((n,s)=>n.name<s.name?-1:1);return zp(o,"/",0,t)}function zp(e,t,o,n){let s=new Map;for(let l of e){let r=l.name.indexOf("/",t.
 length),a=r<0?l.name:l.name.slice(0,r+1);s.set(a,[...s.get(a)??[],l])}return[...s].flatMap(([l,r])=>{if(r.length===1)return{...r[0],depth:o};let a={name:l,depth:o,
 count:r.length,isOpen:!n(l)};return[a,...a.isOpen?zp(r,l,o+1,n):[]]})}var ay=500,yl=50,cy="Publishers report the rates of their connections: without a subscriber there is none. Measure subscribes to the topic.",uy=5,jp=e=>(e??[]).
@@ -1201,18 +1202,18 @@ measured??e).bandwidth},{title:"Measure",kind:"number",text:dy}];function py(e){
 null},t)}var Hp=({wrong:e})=>e?i("span",{class:"wrong-type",role:"img","aria-label":`Wrong type: ${e}`,title:e},"\u26A0 "):null;function hy(e){if(e.count)return"";
 let t=e.measured?e.measured.rate:e.rate,o=e.measured?.stale??e.stale;return o?xt(o):!t&&e.latched?uo:i("span",{title:typeof t=="number"?null:cy},jt(wt(t)))}function dy(e){
 return e.count?"":i("button",{class:"plain measure","data-topic":e.name,"aria-label":`Measure ${e.name}`,title:e.isChosen?"Stop measuring":"Measure","aria-press\
-ed":String(!!e.isChosen)},e.isChosen?"\u25A0":"\u25F7")}function my(e,t,o){let n=i("input",{type:"search",placeholder:"Filter","aria-label":"Filter topics",oninput:()=>x()}),
-s=he(),l=Te("\u224B"),r=i("aside",{hidden:!0,tabindex:0,"aria-label":"Topic"}),a=at(fy,{label:"Topics",keyOf:v=>v.name,onChoose:T,onSort:()=>x(),most:ay,sortBy:"\
-Topic"});a.element.classList.add("fixed","topics"),a.element.addEventListener("click",v=>{let M=v.target.closest("button.measure");M&&(v.stopPropagation(),p.toggle(
-M.dataset.topic))},{capture:!0}),a.element.addEventListener("keydown",v=>{v.target.closest("button.measure")&&v.stopPropagation()},{capture:!0}),e.addEventListener(
-"keydown",v=>{v.key==="Escape"&&m&&!v.target.matches("input")&&S("")});let c=i("input",{type:"checkbox",onchange:()=>x()}),u=i("button",{title:`Subscribe to the\
- first ${yl} topics of the list`,onclick:()=>p.choose(p.count()?[]:k().map(v=>v.name))},"Measure all");e.append(i("div",{class:"column"},ge({title:"Topics"},n,i(
-"label",{},c,"Tree"),u,i("span",{class:"spring"}),a.csvButton("topics")),s.element,l,i("div",{class:"scroll"},a.element)),r);let h=[],m="",p=gy(o,()=>x(),s.show),
-w=new Set,g=()=>{};function k(){let v=n.value.trim().toLowerCase();return h.filter(M=>!v||`${M.name} ${M.type}`.toLowerCase().includes(v))}function x(){let v=k().
-map(M=>({...M,...p.of(M.name)}));c.checked?a.show(Bp(v,M=>w.has(M)),{isOrdered:!0}):a.show(v),P(u,p.count()?`Stop measuring ${p.count()}`:"Measure all")}function T(v){
-if(!v.endsWith("/")){S(v===m?"":v);return}w.delete(v)||w.add(v),x()}function S(v){o.remember(v),E(v)}function E(v){m=v,a.mark(v),g(),g=()=>{},r.replaceChildren(),
-r.hidden=!v,v&&(g=Ys(r,v,o,()=>S("")))}return o.watch("topics",{},v=>{h=v.topics,l.hidden=h.length>0,h.length||P(l,"There are no topics.",oc("publish","Publish \
-one")),s.show(v.error?`The master does not answer: ${v.error}`:""),x()},s.show),t&&E(t),{go:E}}function gy(e,t,o){let n=new Set,s={},l=()=>{};function r(c){c.length>
+ed":String(!!e.isChosen)},e.isChosen?"\u25A0":"\u25F7")}function my(e,t,o){let n=i("input",{type:"search",placeholder:"Filter","aria-label":"Filter topics",oninput:()=>T()}),
+s=he(),l=Te("\u224B"),r=i("aside",{hidden:!0,tabindex:0,"aria-label":"Topic"}),a=at(fy,{label:"Topics",keyOf:x=>x.name,onChoose:E,onSort:()=>T(),most:ay,sortBy:"\
+Topic"});a.element.classList.add("fixed","topics"),a.element.addEventListener("click",x=>{let M=x.target.closest("button.measure");M&&(x.stopPropagation(),p.toggle(
+M.dataset.topic))},{capture:!0}),a.element.addEventListener("keydown",x=>{x.target.closest("button.measure")&&x.stopPropagation()},{capture:!0}),e.addEventListener(
+"keydown",x=>{x.key==="Escape"&&m&&!x.target.matches("input")&&w("")});let c=i("input",{type:"checkbox",onchange:()=>T()}),u=i("button",{title:`Subscribe to the\
+ first ${yl} topics of the list`,onclick:()=>p.choose(p.count()?[]:y().map(x=>x.name))},"Measure all");e.append(i("div",{class:"column"},ge({title:"Topics"},n,i(
+"label",{},c,"Tree"),u,i("span",{class:"spring"}),a.csvButton("topics")),s.element,l,i("div",{class:"scroll"},a.element)),r);let h=[],m="",p=gy(o,()=>T(),s.show),
+k=new Set,g=()=>{};function y(){let x=n.value.trim().toLowerCase();return h.filter(M=>!x||`${M.name} ${M.type}`.toLowerCase().includes(x))}function T(){let x=y().
+map(M=>({...M,...p.of(M.name)}));c.checked?a.show(Bp(x,M=>k.has(M)),{isOrdered:!0}):a.show(x),P(u,p.count()?`Stop measuring ${p.count()}`:"Measure all")}function E(x){
+if(!x.endsWith("/")){w(x===m?"":x);return}k.delete(x)||k.add(x),T()}function w(x){o.remember(x),S(x)}function S(x){m=x,a.mark(x),g(),g=()=>{},r.replaceChildren(),
+r.hidden=!x,x&&(g=Ys(r,x,o,()=>w("")))}return o.watch("topics",{},x=>{h=x.topics,l.hidden=h.length>0,h.length||P(l,"There are no topics.",oc("publish","Publish \
+one")),s.show(x.error?`The master does not answer: ${x.error}`:""),T()},s.show),t&&S(t),{go:S}}function gy(e,t,o){let n=new Set,s={},l=()=>{};function r(c){c.length>
 yl&&o(`At most ${yl} topics are measured at a time.`),n=new Set(c.slice(0,yl));let u=l;l=()=>{},s=Object.fromEntries(Object.entries(s).filter(([h])=>n.has(h))),
 n.size&&(l=e.watch("measured",{names:[...n]},h=>{s=h.topics,t()},o)),u(),t()}function a(c){n.has(c)?r([...n].filter(u=>u!==c)):r([...n,c])}return{choose:r,toggle:a,
 count:()=>n.size,of:c=>({isChosen:n.has(c),measured:s[c]})}}var by={actions:wi,acts:yi,bags:xi,console:Mi,diagnostics:Li,fleet:Ai,graph:Pi,images:Bi,launches:zi,nodes:ji,panels:Gi,params:qi,plot:Nr,publish:Pr,reconfigure:Rr,

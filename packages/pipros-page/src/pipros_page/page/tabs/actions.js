@@ -91,14 +91,16 @@ function actionPanel(side, name, context, onClose) {
     h("h3", {}, "Goal"), goal, h("p", {}, send, " ", cancelAll, context.control ? "" : " Start with --control to send goals."),
     error.element, live);
 
+  const ask = context.newest();
+
   function takeType(found) {
     if (found === type) return;
     type = found;
     replace(typeText, type.replace(ENDING, "Action") || "unknown");
     send.disabled = !context.control || !type;
     if (type) error.attempt(async () => {
-      const fresh = yaml(await context.act("message", { type: found.replace(ENDING, "Goal") }));
-      if (found !== type || goal.value !== template) return;
+      const fresh = yaml(await ask("message", { type: found.replace(ENDING, "Goal") }));
+      if (goal.value !== template) return;
       goal.value = template = fresh;
       if (document.activeElement === goal) goal.select();
     });

@@ -18,7 +18,7 @@ export function open(view, argument, context) {
     oninput: () => draw() });
   const error = problemLine();
   const body = h("div", { class: "scroll params" }, h("div", {}));
-  const name = h("input", { placeholder: "/name", "aria-label": "Name", spellcheck: "false" });
+  const name = h("input", { placeholder: "/name", "aria-label": "Name", spellcheck: "false", oninput: () => { value.required = false; } });
   const value = h("input", { placeholder: "value in YAML", "aria-label": "Value", spellcheck: "false", size: 24 });
   view.append(h("div", { class: "column" }, runningNote(context.signal),
     toolbar({ title: "Parameters" }, sections("params"), search, h("span", { class: "spring" }),
@@ -45,7 +45,8 @@ export function open(view, argument, context) {
 
   function edit(key) {
     name.value = key;
-    value.value = params[key].includes("…") ? "" : params[key]; // a shortened value must not be written back
+    value.required = params[key].includes("…"); // a shortened value must not be written back, nor none in its place
+    value.value = value.required ? "" : params[key];
     value.focus();
   }
 

@@ -11,7 +11,7 @@ export function open(view, argument, context) {
   const topic = h("input", { placeholder: "/topic", value: argument, "aria-label": "Topic", spellcheck: "false",
     list: uniqueId("publish-topics"), onchange: () => chosen() });
   const type = h("input", { placeholder: "std_msgs/String", "aria-label": "Type", spellcheck: "false", onchange: () => defaults() });
-  const rate = h("input", { type: "number", value: 1, min: 0, max: 1000, step: "any", "aria-label": "Rate in hertz",
+  const rate = h("input", { type: "number", value: 1, min: 0, max: 1000, step: "any", required: true, "aria-label": "Rate in hertz",
     title: "0 publishes once" });
   const message = h("textarea", { rows: 12, class: "mono", "aria-label": "Message in YAML", spellcheck: "false",
     placeholder: "The message in YAML. A topic or a type fills in its fields." });
@@ -28,6 +28,7 @@ export function open(view, argument, context) {
     h("p", { class: "key" }, "Texts that begin with = are expressions: data: =sin(t), where t is the time in seconds and i counts the " +
       "messages from 0."), list)));
   let known = [];
+  const ask = context.newest();
   context.watch("running_topics", {}, (data) => {
     known = data.topics;
     replace(topics, known.map((each) => h("option", { value: each.name })));
@@ -36,18 +37,19 @@ export function open(view, argument, context) {
 
   function chosen() {
     const found = known.find((each) => each.name === topic.value);
-    if (found && found.type !== "*") { type.value = found.type; defaults(); }
+    if (found && found.type !== "*" && (found.type !== type.value || !message.value)) { type.value = found.type; defaults(); }
   }
 
   const defaults = () => error.attempt(async () => {
     const before = message.value;
-    const template = yaml(await context.act("message", { type: type.value }));
+    const template = yaml(await ask("message", { type: type.value }));
     if (message.value !== before) return; // the user has begun to type
     message.value = template;
     if (document.activeElement === message) message.select();
   });
 
   function publish() {
+    if (!rate.reportValidity()) return;
     const args = { name: topic.value, type: type.value, message: message.value, rate: Number(rate.value) };
     error.show();
     startPublisher(args, error.show);

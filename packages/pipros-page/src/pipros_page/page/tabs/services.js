@@ -31,6 +31,7 @@ export function open(view, argument, context) {
     h("div", { class: "scroll" }, table.element)), side);
   let services = [];
   let selected = "";
+  const ask = context.newest();
 
   function draw() {
     const wanted = filter.value.trim().toLowerCase();
@@ -55,8 +56,8 @@ export function open(view, argument, context) {
     if (!name) return;
     replace(side, panelHead(name, () => choose("")));
     try {
-      const service = await context.act("service", { name });
-      if (selected === name) side.append(...form(name, service).flat().filter(Boolean));
+      const service = await ask("service", { name });
+      side.append(...form(name, service).flat().filter(Boolean));
     } catch (problem) {
       side.append(h("p", { class: "error" }, problem.message));
     }
@@ -80,7 +81,7 @@ export function open(view, argument, context) {
   async function send(name, request, answer) {
     replace(answer, "…");
     try {
-      const { response, seconds } = await context.act("call_service", { name, request });
+      const { response, seconds } = await ask("call_service", { name, request });
       replace(answer, h("h3", {}, `Response after ${milliseconds(seconds)}`), copiesValues(h("div", {}, tree(response)), error.show));
     } catch (problem) {
       replace(answer, h("p", { class: "error" }, problem.message));
