@@ -20,7 +20,7 @@ BUDGETS = {
     "plugins/pipros-assistants": (1_800, 2_010),
     "plugins/pipros-data": (3_090, 2_670),
     "plugins/pipros-fleet": (4_300, 3_300),
-    "plugins/pipros-robot": (13_980, 12_090),
+    "plugins/pipros-robot": (13_980, 12_100),
     "plugins/pipros-ros2": (10_130, 7_170),
     "plugins/pipros-tab": (1_870, 2_620),
     "plugins/pipros-wheels": (2_440, 2_580),

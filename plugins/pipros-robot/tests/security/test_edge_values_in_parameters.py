@@ -12,8 +12,10 @@ from typing import Any
 
 import pytest
 
+from pipros_libraries.nodes.frames import Frames
 from pipros_libraries.nodes.params import InvalidParameter, PrivateParameters
 from pipros_robot.navigation.amcl.amcl_node import AmclNode
+from pipros_robot.navigation.costmap.costmap import Costmap
 from pipros_robot.navigation.exploration.explore_node import ExploreNode
 from pipros_robot.navigation.filter.filter_node import FilterNode
 from pipros_robot.navigation.hector import hector_node
@@ -131,3 +133,13 @@ def test_a_time_that_is_none_is_refused_by_its_name(
     node = make("perception", {name: value, "tf_message_filter_target_frame": "map", "ip_address": "::1"})
     with pytest.raises(InvalidParameter, match=f"~{name}"):
         made(node)
+
+
+@pytest.mark.parametrize("name", ["width", "height", "resolution", "origin_y", "footprint_padding"])
+@pytest.mark.parametrize("value", [-math.inf, math.inf])
+def test_a_costmap_without_room_is_refused(make: Unlinked, name: str, value: float) -> None:
+    node = make("costmap", {"costmap": {"robot_base_frame": BASE, "global_frame": "odom", name: value}})
+    frames = Frames(node, LOG)
+    node.give("/tf", transforms("odom", BASE))
+    with pytest.raises(InvalidParameter, match=f"~costmap: .*{name}"):
+        Costmap(node, LOG, frames, Work(), "costmap")  # type: ignore[arg-type]

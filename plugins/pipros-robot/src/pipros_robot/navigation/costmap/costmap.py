@@ -80,7 +80,9 @@ class Costmap(CostmapCore):
         else:
             radius = search_upwards(self.node, self.namespace, "robot_radius")
             if radius is not None:
-                value = PrivateParameters({"robot_radius": radius}).number("robot_radius", 1.234)
+                value = PrivateParameters({"robot_radius": radius}, f"{self.namespace}/").number(
+                    "robot_radius", 1.234
+                )
                 self.node.params.set(f"{self.namespace}/robot_radius", value)
         topic = search_upwards(self.node, self.namespace, "footprint_topic")
         name = inside(self.node, self.namespace, topic if isinstance(topic, str) else "footprint")
@@ -108,8 +110,7 @@ class Costmap(CostmapCore):
             self._output.set_frequency(values["publish_frequency"])
             names = "origin_x", "origin_y", "footprint_padding"
             if huge := [name for name in names if not abs(values[name]) <= MOST]:
-                text = "%s: %s must be at most %g m: size, place and padding of the map stay as they are"
-                self.log.error(text, self.name, " and ".join(huge), MOST)
+                self._refuse(f"{' and '.join(huge)} must be from -{MOST:g} to {MOST:g} m")
             else:
                 self._resize(values)
                 if values["footprint_padding"] != self._padding:
@@ -124,13 +125,17 @@ class Costmap(CostmapCore):
             return
         width, height = (values[name] / resolution if resolution else 0.0 for name in ("width", "height"))
         limit = self.node.limits.of(NavigationLimits).costmap_cells
-        if resolution <= 0 or width * height > limit:
-            self.log.error(
-                "%s: resolution must be > 0, with at most %d cells in the map, got %s X %s m, %s m per cell",
-                self.name, limit, values["width"], values["height"], resolution,
-            )  # fmt: skip
+        if not (min(width, height) >= 1 and width * height <= limit):
+            size = f"{values['width']} X {values['height']} m, {resolution} m per cell"
+            self._refuse(f"width and height, by resolution, must make 1 to {limit} cells, got {size}")
             return
         self.layered.resize(int(width), int(height), resolution, values["origin_x"], values["origin_y"])
+
+    def _refuse(self, rule: str) -> None:
+        """Raise an error at the start, when there are no values to keep, and report it later."""
+        if not self.grid.costs.size:
+            raise InvalidParameter(f"{self.namespace}: {rule}")
+        self.log.error("%s: %s: size, place and padding of the map stay as they are", self.name, rule)
 
     def _apply_footprint(self, text: str, radius: float) -> None:
         if (text, radius) == self._outline:

@@ -365,7 +365,7 @@ def _source_settings(costmap: CostmapCore, namespace: str, name: str) -> SourceS
     found = {
         each: search_upwards(costmap.node, namespace, each) for each in ("obstacle_range", "raytrace_range")
     }
-    values = PrivateParameters({**given.values, **found})
+    values = PrivateParameters({**given.values, **found}, f"{namespace}/")
     frame = given.text("sensor_frame", "").lstrip("/")
     endless = ("min_obstacle_height", "max_obstacle_height", "obstacle_range", "raytrace_range")
     settings = values.read(SourceSettings, endless, topic=given.text("topic", name), sensor_frame=frame)
