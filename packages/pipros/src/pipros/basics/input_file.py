@@ -56,9 +56,9 @@ def read_file(path: str | os.PathLike[str], limit_bytes: int | None = None) -> b
     with open_file(path) as file:
         size = os.fstat(file.fileno()).st_size
         # Memory for the limit is allocated only if needed: Wine touches each of its pages.
-        content = file.read(min(size, limit_bytes) + 1)
+        content = file.read(min(size, limit_bytes) + 1) or b""  # None from /proc/kmsg, which has no more now
         if len(content) > size:  # the file grows, or has no size, as in /proc
-            content += file.read(limit_bytes + 1 - len(content))
+            content += file.read(limit_bytes + 1 - len(content)) or b""
     if len(content) > limit_bytes:
         raise OSError(errno.EFBIG, f"it is larger than {limit_bytes} bytes", os.fspath(path))
     return content
@@ -73,7 +73,7 @@ def read_end(path: str | os.PathLike[str], max_bytes: int) -> str:
     with open_file(path) as file:
         begin = max(0, os.fstat(file.fileno()).st_size - max_bytes)
         file.seek(begin)
-        content = file.read(max_bytes)
+        content = file.read(max_bytes) or b""
     if begin:
         content = content.partition(b"\n")[2]
     return content.decode("utf-8", "replace")

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
+from unittest.mock import MagicMock
 
 import pytest
 
@@ -87,6 +88,10 @@ def test_a_file_without_a_size_is_read_up_to_the_limit(tmp_path: Path, monkeypat
     assert read_file(file, 7) == b"content"
     with pytest.raises(OSError, match="larger than 6 bytes"):
         read_file(file, 6)
+    opened = MagicMock()
+    opened.__enter__.return_value.read.return_value = None  # as /proc/kmsg without news
+    monkeypatch.setattr("pipros.basics.input_file.open_file", lambda _: opened)
+    assert (read_file(file, 6), read_end(file, 6)) == (b"", "")
 
 
 def test_an_open_file_has_its_name(tmp_path: Path) -> None:
