@@ -14,6 +14,7 @@ from pipros.node.hosted_node import HostedNode
 from pipros.node.service_link import ServiceFailed
 from pipros_libraries.nodelets.as_node import run_alone
 from pipros_libraries.nodelets.hosting import CannotLoad, Hosting
+from tests.support.constants import Constants
 from tests.support.nodes import Inbox, wait_until_connected
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
@@ -182,6 +183,16 @@ def test_nodelets_with_illegal_names_are_refused(host: Node, name: str, remappin
     with pytest.raises(CannotLoad, match="is not a legal name"):
         hosting.load(name, "image_proc/debayer", remappings=remappings)
     assert hosting.names() == []
+
+
+def test_nodelets_that_any_node_can_load_are_limited(host: Node, constants: Constants) -> None:
+    constants(NODELETS=1)
+    hosting = Hosting(host)
+    hosting.load("/one", "image_proc/debayer")
+    with pytest.raises(CannotLoad, match="the limit is 1 nodelets"):
+        hosting.load("/two", "image_proc/debayer")
+    hosting.unload("/one")
+    hosting.load("/two", "image_proc/debayer")
 
 
 def test_ctrl_c_while_a_nodelet_starts_ends_with_0(host: Node, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -19,9 +19,12 @@ from pipros.node.log import ros_logger
 from pipros.packages.nodelets import python_nodelet
 from pipros.packages.well_known import why_no_nodelet
 
+NODELETS: Final = 250
+"""Limit: the nodelets of one process, because any node can load some, and each has threads."""
+
 
 class CannotLoad(PiprosError):
-    """A nodelet is unknown or cannot be constructed, or its name is illegal or already in use."""
+    """A nodelet is unknown, one too many, or cannot be constructed, or its name is illegal or in use."""
 
 
 class Hosting:
@@ -61,7 +64,8 @@ class Hosting:
             arguments: the nodelet's command-line arguments.
 
         Raises:
-            CannotLoad: the plugin has no Python class, a name is illegal or in use, or its constructor fails.
+            CannotLoad: the plugin has no Python class, a name is illegal or in use, its constructor fails, or
+                there are too many nodelets.
         """
         for each in (name, *(remappings or {}), *(remappings or {}).values()):
             if not names.is_legal(names.canonicalize(each)):
@@ -69,6 +73,8 @@ class Hosting:
         with self._lock:
             if name in self._nodelets:
                 raise CannotLoad(f"a nodelet named [{name}] is already loaded")
+            if len(self._nodelets) >= NODELETS:
+                raise CannotLoad(f"the limit is {NODELETS} nodelets; unload some, or use another manager")
             self._nodelets[name] = None
         try:
             made = class_of(plugin)

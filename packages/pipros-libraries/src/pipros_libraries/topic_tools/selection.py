@@ -10,6 +10,9 @@ from pipros.basics.names import is_legal
 NONE = "__none"
 """The name that selects no topic."""
 
+_SPACE = 65_536
+"""Limit: the characters in the names of all topics, because any node can add some."""
+
 
 class BadSelection(PiprosError):
     """A topic cannot be added, deleted or selected."""
@@ -57,7 +60,8 @@ class Selection:
         """Append a topic.
 
         Raises:
-            BadSelection: `topic` is already one of the topics, reserved, or not a valid name.
+            BadSelection: `topic` is already one of the topics, reserved, or not a valid name, or there is no
+                room for it.
         """
         if topic.endswith(NONE):
             raise BadSelection(
@@ -67,6 +71,8 @@ class Selection:
             raise BadSelection(f"{topic!r} is not a valid topic name")
         if topic in self._topics:
             raise BadSelection(f"{topic} is already a topic of the {self._owner}")
+        if len(topic) + sum(map(len, self._topics)) > _SPACE:
+            raise BadSelection(f"the names of the {self._owner}'s topics have more than {_SPACE} characters")
         self._topics.append(topic)
 
     def delete(self, topic: str) -> None:
