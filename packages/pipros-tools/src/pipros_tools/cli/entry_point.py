@@ -61,6 +61,7 @@ def command(main: Callable[_Arguments, int]) -> Callable[_Arguments, int]:
       Therefore, no file or socket that is opened later gets the stream's descriptor.
     - If an optional library is missing, the command ends with one line on standard error and code 1.
     - If a file cannot be used, and the command has no answer, it ends with one line and code 1.
+    - If the system has no more descriptors, threads or memory for it, it ends with one line and code 1.
     - If output cannot be written, the command ends with one line on standard error and code 120.
     - If the reader of a pipe closes it (`| head`), the command ends silently with code 0.
     - A character that the stream's encoding lacks is written as an escape such as `\\xe9`, and so are the
@@ -106,7 +107,12 @@ def command(main: Callable[_Arguments, int]) -> Callable[_Arguments, int]:
         except BrokenPipeError:
             discard_output()
             return 0
-        except OSError as error:
+        except (OSError, RuntimeError, MemoryError) as error:
+            if scarce := _scarce(error):
+                print(f"ERROR: {scarce}: end other programs, or raise the limit", file=sys.stderr)
+                return 1
+            if not isinstance(error, OSError):
+                raise
             name = error.filename2 or error.filename
             if name is None and error.errno not in DISK_FULL:
                 raise
@@ -119,6 +125,16 @@ def command(main: Callable[_Arguments, int]) -> Callable[_Arguments, int]:
             sys.stdout = before
 
     return guarded
+
+
+def _scarce(error: BaseException) -> str:
+    """Return what the system lacks, with the command that shows its limit, or an empty text."""
+    if isinstance(error, MemoryError):
+        return "out of memory (ulimit -v)"
+    if isinstance(error, RuntimeError):
+        return f"{error} (ulimit -u, ulimit -v)" if "start new thread" in str(error) else ""
+    is_scarce = getattr(error, "errno", None) in (errno.EMFILE, errno.ENFILE)
+    return "too many open files and connections (ulimit -n)" if is_scarce else ""
 
 
 def discard_output() -> None:

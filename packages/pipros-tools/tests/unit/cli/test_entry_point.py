@@ -163,6 +163,24 @@ def test_a_file_error_without_an_answer_of_the_command_is_one_line(code: int, ac
             main()
 
 
+@pytest.mark.parametrize(
+    ("error", "limit"),
+    [
+        (OSError(errno.EMFILE, "x"), "ulimit -n"),
+        (RuntimeError("can't start new thread"), "ulimit -u"),
+        (MemoryError(), "ulimit -v"),
+    ],
+)
+def test_a_command_for_which_the_system_has_no_room_says_so_in_one_line(error, limit: str, capsys) -> None:
+    @command
+    def main() -> int:
+        raise error
+
+    assert main() == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert limit in line
+
+
 HEAVY = {
     "argparse", "asyncio", "catkin_pkg", "concurrent.futures", "dataclasses", "email", "http.client",
     "logging", "numpy", "optparse", "pipros.msg.base", "pipros.node", "pipros.wire.xmlrpc_fast", "rospkg",
