@@ -5,6 +5,7 @@ import os
 import socket
 import threading
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,8 @@ from pipros.master.options import Probing
 from pipros.master.statistics import describe
 from pipros.net import address
 from pipros.net.master_client import MasterClient
+from pipros.net.rpc_client import RpcClient
+from pipros_tools.launch.roscore import Core
 from tests.support.slaves import FakeSlave, SilentSlave
 from tests.support.waiting import wait_until
 
@@ -320,3 +323,22 @@ def test_an_unusable_store_is_set_aside_and_the_master_starts(tmp_path: Path) ->
     with Master(port=0, store=store) as master:
         assert client(master, "/x").get_param_names() == []
     assert (tmp_path / "master.db.unusable-1").read_text() == "my diary"
+
+
+def test_rosout_of_a_core_comes_back_after_rosnode_kill_and_ends_with_the_core(tmp_path: Path) -> None:
+    core = Core(environment=Environment(ros_home=tmp_path), port=0)
+    core.start()
+    asker = MasterClient(core.uri, "/x")
+    first = asker.lookup_node("/rosout")
+    with RpcClient(first) as rosout:
+        rosout.call("shutdown", "/x", "user request")
+
+    def is_back() -> bool:
+        with suppress(Refused):
+            return asker.lookup_node("/rosout") != first
+        return False
+
+    wait_until(is_back)
+    core.stop_rosout()
+    assert asker.get_system_state() == [[], [], []]
+    core.stop()

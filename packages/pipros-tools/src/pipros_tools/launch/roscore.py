@@ -5,9 +5,11 @@ from __future__ import annotations
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
+from threading import Lock, Thread
 from typing import TYPE_CHECKING, Any
 
 from pipros.basics.env import Environment
+from pipros.basics.errors import PiprosError
 from pipros.master.options import MasterOptions
 from pipros_tools.launch.run_id import new_run_id
 
@@ -69,6 +71,7 @@ class Core:
         self._log: MasterLog | None = None
         self._master: Master | None = None
         self._rosout: RosoutAggregator | None = None
+        self._respawning = Lock()
 
     @property
     def uri(self) -> str:
@@ -125,10 +128,19 @@ class Core:
         rosout = RosoutAggregator(environment, log_file)
         rosout.start()
         self._rosout = rosout
+        rosout.node.on_shutdown(lambda: Thread(target=self._respawn, args=[rosout], daemon=True).start())
+
+    def _respawn(self, ended: RosoutAggregator) -> None:
+        """Replace a `/rosout` that others shut down, for example `rosnode kill -a`."""
+        ended.stop()
+        with self._respawning, suppress(OSError, PiprosError):
+            if self._rosout is ended:
+                self.start_rosout()
 
     def stop_rosout(self) -> None:
         """Stop the `/rosout` node. May be called repeatedly."""
-        rosout, self._rosout = self._rosout, None
+        with self._respawning:
+            rosout, self._rosout = self._rosout, None
         if rosout is not None:
             with suppress(OSError):
                 rosout.stop()

@@ -76,6 +76,10 @@ def test_an_unknown_package_is_reported_with_the_places_that_were_searched(robot
         assert (rosmsg.main(["show", name]), capsys.readouterr().err) == (1, beginning + advice)
     assert rossrv.main(["md5", "SetBol"]) == 0
     assert capsys.readouterr().err == "No messages matching the name [SetBol]\nDid you mean SetBool?\n"
+    for subcommand in ("show", "md5", "package"):
+        with pytest.raises(SystemExit):
+            rossrv.main([subcommand, "a", "b"])
+        assert capsys.readouterr().err.endswith("error: you may only specify one service type\n")
 
 
 def test_lists_are_sorted_and_complete(capsys: pytest.CaptureFixture[str]) -> None:

@@ -37,7 +37,7 @@ def list_package(interfaces: TypeCatalogue, subcommand: str, argv: Sequence[str]
         parser,
         arguments,
         missing="you must specify a package",
-        several="you may only specify one message type",
+        several=f"you may only specify one {interfaces.noun} type",
     )
     try:
         types = [f"{package}/{name}" for name in interfaces.names(package)]

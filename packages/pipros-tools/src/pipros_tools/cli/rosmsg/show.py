@@ -23,7 +23,8 @@ def show(interfaces: TypeCatalogue, subcommand: str, argv: Sequence[str]) -> int
     add_flag(parser, "-r", "--raw", help="show raw message text, including comments")
     parser.add_option("-b", "--bag", metavar="BAGFILE", help="show message from .bag file")
     options, arguments = parser.parse_args(list(argv))
-    type_names = [each.removesuffix(f".{interfaces.kind}") for each in _type_names(parser, arguments)]
+    names = _type_names(parser, interfaces, arguments)
+    type_names = [each.removesuffix(f".{interfaces.kind}") for each in names]
     advice = "Please refer to msg/srv types as 'package_name/Type'."
     for name in type_names:
         if "::" in name:
@@ -42,7 +43,7 @@ def show(interfaces: TypeCatalogue, subcommand: str, argv: Sequence[str]) -> int
 def show_md5(interfaces: TypeCatalogue, subcommand: str, argv: Sequence[str]) -> int:
     parser = option_parser(interfaces.command, f"{subcommand} <{interfaces.noun} type>")
     _, arguments = parser.parse_args(list(argv))
-    for name in _type_names(parser, arguments):
+    for name in _type_names(parser, interfaces, arguments):
         if interfaces.is_malformed(name):
             print(f"Invalid type: 'invalid name [{name}]'", file=sys.stderr)
             return USAGE_ERROR
@@ -112,13 +113,13 @@ def _print_mistakes(beginning: str, error: DefinitionError) -> None:
         print(f"{beginning}: {each}", file=sys.stderr)
 
 
-def _type_names(parser: OptionParser, arguments: Sequence[str]) -> list[str]:
+def _type_names(parser: OptionParser, interfaces: TypeCatalogue, arguments: Sequence[str]) -> list[str]:
     """Return the type on the command line or, without one, the types read from standard input.
 
     For example, `rostopic type /x | rosmsg show` reads one type.
     """
     if len(arguments) > 1:
-        parser.error("you may only specify one message type")
+        parser.error(f"you may only specify one {interfaces.noun} type")
     if arguments:
         return list(arguments)
     names = [] if sys.stdin is None or sys.stdin.isatty() else sys.stdin.read().split()
