@@ -23,7 +23,7 @@ from pipros_tools.bag.options import PlayOptions
 from pipros_tools.bag.player import Player
 from tests.support.bags import bag_bytes, header_of, rows_of
 from tests.support.nodes import Inbox, MakeNode, wait_until_connected
-from tests.support.ros import Commands
+from tests.support.ros import Commands, RosSystem
 from tests.support.waiting import wait_until
 
 
@@ -547,3 +547,12 @@ def test_a_killed_recording_lost_at_most_a_second(commands: Commands, talker: No
 
     assert ran.returncode == 0, ran.output
     assert commands.run("rosbag", "info", "-y", "-k", "messages", active).output.strip() == "2"
+
+
+def test_play_waits_for_the_master(ros: RosSystem) -> None:
+    (ros.home / "in.bag").write_bytes(bag_bytes([("/t", Int32(1), 100, 0)]))
+    play = ros.pipros.start("rosbag", "play", "in.bag")
+    play.wait_for("Will keep trying")
+    assert "after advertising" not in play.output
+    ros.serve_master()
+    assert (play.wait(), play.stdout[-1]) == (0, "Done.")

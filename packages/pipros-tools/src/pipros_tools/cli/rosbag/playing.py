@@ -45,6 +45,7 @@ def play(argv: Sequence[str]) -> int:
             with single_keys() as is_keyboard:
                 terminal = _Terminal(is_keyboard=is_keyboard, is_quiet=options.quiet)
                 player = Player(node, bags, chosen, terminal, say)
+                node.wait_for_master(lambda error: print(f"{error}. Will keep trying", file=sys.stderr))
                 if is_keyboard:
                     say("\nHit space to toggle paused, or 's' to step.")
                 player.run()
