@@ -319,6 +319,8 @@ def test_a_loop_continues_until_ctrl_c(commands: Commands, make_node: MakeNode) 
         (("record", "-a", "--split"), 2, "Split specified without giving a maximum duration or size"),
         (("record", "-o", "a", "-O", "b", "/x"), 2, "Can't set both prefix and name."),
         (("record", "-a", "--duration", "x"), 2, "Duration specification invalid: x"),
+        (("record", "-a", "-l", "2"), 1, "--limit needs the names of topics"),
+        (("record", "--size=-1", "/x"), 2, "--size must not be less than zero, got -1"),
         (("record", "a b"), 1, "invalid topic name: [a b]"),
         (("record", "-e", "("), 1, "[(] is not a regular expression"),
     ],
@@ -336,7 +338,7 @@ def test_launch_files_and_rosrun_know_record_and_play(commands: Commands, make_n
         f"""<launch>
         <node pkg="rosbag" type="play" name="player"
           args="-d 0 --wait-for-subscribers {commands.home}/in.bag"/>
-        <node pkg="rosbag" type="record" name="recorder" args="-q -l 20 -O {commands.home}/out.bag /number"/>
+        <node pkg="rosbag" type="record" name="recorder" args="-q -l 20 --size=0 -O {commands.home}/out.bag /number"/>
         </launch>"""
     )
     inbox = listen(make_node, "/text", String)

@@ -135,12 +135,12 @@ def _check(parser: OptionParser, options: Values, topics: Sequence[str]) -> None
         parser.error("--snapshot cannot be combined with --split, --size or --limit")
     if options.max_splits is not None and not options.split:
         parser.error("--max-splits needs --split")
-    for option, value in (("max-splits", options.max_splits), ("size", options.size), ("limit", options.num)):
-        if value is not None and value <= 0:
-            parser.error(f"--{option} must be greater than zero, got {value}")
-    for name in ("buffsize", "chunksize"):
-        if getattr(options, name) < 0:
-            parser.error(f"--{name} must not be less than zero, got {getattr(options, name)}")
+    for name in ("max_splits", "size", "num", "buffsize", "chunksize"):
+        if (getattr(options, name) or 0) < 0:  # 0 is no limit, as launch files pass it
+            option = "limit" if name == "num" else name.replace("_", "-")
+            parser.error(f"--{option} must not be less than zero, got {getattr(options, name)}")
+    if options.num and not topics:
+        raise CommandError("--limit needs the names of topics; with -a or --node, there is none")
     _seconds(parser, options.duration)
 
 
