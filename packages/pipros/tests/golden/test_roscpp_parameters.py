@@ -81,6 +81,10 @@ def test_every_reader_converts_as_roscpp_does(row: dict[str, Any], read: Any) ->
             expected = default if math.isnan(value) else expected
             if kind == "int" and abs(value) > 2**31 - 1:  # a setting has bounds
                 expected = 2**31 - 1 if value > 0 else -(2**31)
+        if read is by_navigation and type(expected) is float and not math.isfinite(expected):
+            with pytest.raises(InvalidParameter, match="~name must be a finite number"):  # it has no meaning
+                read(value, default)
+            continue
         assert same(read(value, default), expected), kind
 
 

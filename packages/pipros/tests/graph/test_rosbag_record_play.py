@@ -338,7 +338,8 @@ def test_launch_files_and_rosrun_know_record_and_play(commands: Commands, make_n
         f"""<launch>
         <node pkg="rosbag" type="play" name="player"
           args="-d 0 --wait-for-subscribers {commands.home}/in.bag"/>
-        <node pkg="rosbag" type="record" name="recorder" args="-q -l 20 --size=0 -O {commands.home}/out.bag /number"/>
+        <node pkg="rosbag" type="record" name="recorder"
+          args="-q -l 20 --size=0 -O {commands.home}/out.bag /number"/>
         </launch>"""
     )
     inbox = listen(make_node, "/text", String)

@@ -63,7 +63,7 @@ for name, file in cases:
             for stream in (sys.stdout, sys.stderr):
                 stream.flush()
             with open("imported", "w") as file:
-                file.write(" ".join(each for each in sys.modules if each not in known))
+                file.write(" ".join(each for each in [*sys.modules] if each not in known))
             os._exit(status & 255)
     status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
     os.lseek(log, 0, 0)
