@@ -16,10 +16,11 @@ def vector_of(message: Any) -> Vector:
 def pose_of(position: Any, rotation: Any) -> Pose:
     """Return the pose for a position and a Quaternion.
 
-    A quaternion of four zeros, the default, means no rotation, as does one whose square is 0.
+    A quaternion of four zeros, the default, means no rotation, as does one whose square is hardly
+    more than 0.
     """
     x, y, z, w = rotation.x, rotation.y, rotation.z, rotation.w
-    if x * x + y * y + z * z + w * w == 0:
+    if x * x + y * y + z * z + w * w < 1e-300:
         return (position.x, position.y, position.z, *IDENTITY[3:])
     return (position.x, position.y, position.z, x, y, z, w)
 

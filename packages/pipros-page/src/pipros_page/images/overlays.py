@@ -146,10 +146,7 @@ def marker_shapes(markers: Sequence[Any], camera: Camera, pose_in: Callable[[str
     left = MAX_PARTS
     for marker in markers:
         frame = pose_in(marker.header.frame_id.lstrip("/"))
-        try:
-            pose = composed(frame, normalized(pose_of(marker.pose.position, marker.pose.orientation)))
-        except ZeroDivisionError:  # a quaternion whose norm is too small
-            continue
+        pose = composed(frame, normalized(pose_of(marker.pose.position, marker.pose.orientation)))
         lines: list[float] = []
         for one, other in islice(_lines(marker), left):
             lines += camera.line(transform_point(pose, one), transform_point(pose, other))

@@ -115,7 +115,8 @@ def test_triangles_and_points_are_drawn_up_to_a_limit() -> None:
     many = marker(Marker.POINTS, points=[Point()] * (MAX_PARTS + 10))
     shapes = shapes_of(many, many)
     assert [len(each["circles"]) // 3 for each in shapes] == [MAX_PARTS]
-    assert shapes_of(marker(Marker.CUBE, pose=Pose(orientation=Quaternion(w=1e-200)))) == []
+    for tiny in (5e-324, 3e-162, 1e-200, 1e-149):
+        assert shapes_of(marker(Marker.CUBE, pose=Pose(orientation=Quaternion(x=tiny)))) != []
 
 
 def test_markers_are_replaced_deleted_and_expire() -> None:
